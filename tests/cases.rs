@@ -69,6 +69,8 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("drive", "drive"),
     ("actuate", "actuate"),
     ("sense", "sense"),
+    ("policy", "policy"),
+    ("action", "action"),
     ("term", "term"),
     ("maximize", "maximize"),
     ("task", "task"),

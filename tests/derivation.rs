@@ -391,3 +391,59 @@ fn an_effect_can_attach_several_parts() {
     let undone = apply(&rules, &made, "undo", &[Value::Reference(Reference::Step(step))]).unwrap();
     assert_eq!(undone.design.parts.len(), 5);
 }
+
+/// A grammar of balls on a cube, with these rules beside, for what repetition does to later steps.
+fn balls(rules: &str) -> grammar_lang::ir::RuleSet {
+    crate::joints::compiled(&format!(
+        "grammar balls
+        use std.blocks     {{ cube, ball }}
+        use std.objectives {{ travel }}
+        use std.models     {{ hinge_model }}
+        use std.search     {{ plain_annealing }}
+        begin {{ place core : cube }}
+        rule put {{ match p : part with free port q where p is core  attach ball to q }}
+        {rules}
+        rule undo {{ match s : step  revert s }}
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search plain_annealing"
+    ))
+}
+
+/// What is repeated for other parts after a reversion makes other parts: a step that built on one of them forbids it.
+#[test]
+fn a_reversion_that_would_give_later_steps_other_parts_is_refused() {
+    let rules = balls(
+        "rule caps { match nothing  for b in ball { attach cube to b.front } }
+         rule grow { match c : cube where c is not core  attach ball to c.front }",
+    );
+    let put = |derivation: &Derivation, port: u8| {
+        let locals = [Value::Reference(Reference::Part(CORE)), Value::Reference(Reference::Port(CORE, port))];
+        apply(&rules, derivation, "put", &locals).unwrap()
+    };
+    let two = put(&put(&Derivation::begin(&rules), 0), 1);
+    let capped = apply(&rules, &two, "caps", &[]).unwrap();
+    let caps = capped.design.parts.iter().filter(|(id, part)| part.kind == "cube" && **id != CORE);
+    let caps: Vec<PartId> = caps.map(|(id, _)| *id).collect();
+    let step = |number: usize| Value::Reference(Reference::Step(capped.steps[number].id));
+    for (cap, first, second) in [(caps[0], false, true), (caps[1], false, false)] {
+        let grown = apply(&rules, &capped, "grow", &[Value::Reference(Reference::Part(cap))]).unwrap();
+        // Without the first ball the only cap, the first, sits on the other ball; without the second it stays where it was.
+        assert_eq!(apply(&rules, &grown, "undo", &[step(0)]).is_some(), first);
+        assert_eq!(apply(&rules, &grown, "undo", &[step(1)]).is_some(), second);
+    }
+    assert!(apply(&rules, &capped, "undo", &[step(0)]).is_some(), "nothing has built on the caps");
+}
+
+/// Blocks within each other are repeated a thousand times in all, however few times each is.
+#[test]
+fn nested_blocks_have_one_limit() {
+    let rules = balls(
+        "rule few  { match nothing for i in 0 .. 9 { for j in 0 .. 9 { set b.turn = 1 deg * (i + j) for b in ball } } }
+         rule many { match nothing for i in 0 .. 99 { for j in 0 .. 9 { set b.turn = 1 deg * (i + j) for b in ball } } }",
+    );
+    let locals = [Value::Reference(Reference::Part(CORE)), Value::Reference(Reference::Port(CORE, 0))];
+    let one = apply(&rules, &Derivation::begin(&rules), "put", &locals).unwrap();
+    assert!(apply(&rules, &one, "few", &[]).is_some());
+    assert!(apply(&rules, &one, "many", &[]).is_none());
+}

@@ -32,6 +32,7 @@ mod new;
 mod novelty;
 mod observed;
 mod parameters;
+mod policies;
 mod report;
 mod resume;
 mod rhythms;

@@ -217,6 +217,14 @@ fn a_front_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
     assert!(front.lines().count() > 3, "{front}");
 }
 
+#[test]
+fn a_search_for_weights_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = folder.path().join("learner.sgr");
+    std::fs::write(&grammar, crate::policies::learner().replace("for 2 s", "for 1 s")).unwrap();
+    kill_and_resume(folder.path(), &grammar);
+}
+
 /// Kills runs at any time, resumes them with any number of threads, and compares what they leave.
 fn kill_and_resume(folder: &Path, grammar: &Path) {
     let usual = if is_long() { 100 } else { 5 };
@@ -727,6 +735,36 @@ fn edited_pages_are_not_removed_by_force() {
     assert_code(&output, 2);
     assert!(errors(&output).contains("\"view.html\""), "{}", errors(&output));
     assert_eq!(std::fs::read_to_string(out.join("view.html")).unwrap(), "<p>my notes</p>");
+}
+
+/// What somebody puts into the older run while the new one has found nothing yet stays, and is told.
+#[test]
+fn what_is_put_into_the_older_run_meanwhile_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let (old, out) = (grammar(folder.path(), "1"), folder.path().join("run"));
+    assert_code(&sgc(&["run", path(&old), "--max-evals", "20", "--quiet", "--out", path(&out)]), 0);
+    let slow = folder.path().join("slow.sgr");
+    let text = "variant slow of \"./quick.sgr\" {\n  replace simulate hinge_model for 300 s\n}\n";
+    std::fs::write(&slow, text).unwrap();
+    let child = start(&["run", path(&slow), "--force", "--max-evals", "1", "--quiet", "--out", path(&out)]);
+    let begun = Instant::now();
+    let older = || {
+        let beside = names(folder.path()).into_iter().find(|name| name.starts_with("run.replaced-"));
+        beside.map(|name| folder.path().join(name))
+    };
+    while older().is_none() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "the older run is not put aside");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let notes = older().unwrap().join("notes.txt");
+    // It may be too late already.
+    let put = std::fs::write(&notes, "mine").is_ok();
+    let ended = child.wait_with_output().unwrap();
+    assert_code(&ended, 0);
+    if put {
+        assert_eq!(std::fs::read_to_string(&notes).unwrap(), "mine");
+        assert!(errors(&ended).contains("is an older run that was to be replaced"), "{}", errors(&ended));
+    }
 }
 
 /// A process that is cut off in the middle of something long, before it has found anything, gives the older run back, too.

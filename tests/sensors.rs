@@ -9,7 +9,7 @@ use sgc::simulate::{Motion, Stop, World, model};
 use crate::joints::compiled;
 
 /// Two feet on bending legs, with an actuation and what it reads.
-fn walker(sensors: &str, actuation: &str) -> String {
+pub(crate) fn walker(sensors: &str, actuation: &str) -> String {
     format!(
         "grammar feeling
         use std.blocks     {{ cube, ball }}

@@ -2,7 +2,7 @@
 (() => {
   const keyword =
     "grammar use param part actuator symmetry begin rule require pattern actuation actuate model simulate term maximize minimize " +
-    "search let enum record prefer task example variant table target prototype cell lattice fallback observe novelty scenarios allow sense " +
+    "search let enum record prefer task example variant table target prototype cell lattice fallback observe novelty scenarios allow sense policy " +
     "place match choose when unless attach set remove replace revert fill paint clear weight shared vary state next noise delay drive mutate flip bound " +
     "step refuse expect narrow drop add feature known case port with free where in to turned by as from of on for over because " +
     "if then else and or not is adds at facing about per otherwise forall exists";

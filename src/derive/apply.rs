@@ -176,7 +176,13 @@ impl Derivation {
         locals: &[Value],
         step: u64,
     ) -> Result<(), Blocked> {
-        self.carry_out_each(next, rules, effects, &mut locals.to_vec(), step)
+        let mut locals = locals.to_vec();
+        for effect in effects {
+            // Each has its own.
+            let mut room = repeated::MOST;
+            self.carry_out_each(next, rules, std::slice::from_ref(effect), &mut locals, (step, &mut room))?;
+        }
+        Ok(())
     }
 
     /// The same; the parts that effects make follow the locals.
@@ -186,12 +192,12 @@ impl Derivation {
         rules: &RuleSet,
         effects: &[Effect],
         locals: &mut Vec<Value>,
-        step: u64,
+        (step, room): (u64, &mut usize),
     ) -> Result<(), Blocked> {
         for effect in effects {
             let made = next.design.clone();
             let scope = DesignScope::new(rules, self).with_made(&made);
-            let made = self.carry_out_one(next, effect, &scope, locals, step)?;
+            let made = self.carry_out_one(next, effect, &scope, locals, (step, &mut *room))?;
             locals.extend(made.map(|made| Value::Reference(Reference::Part(made))));
         }
         Ok(())
@@ -204,7 +210,7 @@ impl Derivation {
         effect: &Effect,
         scope: &DesignScope<'_>,
         locals: &mut Vec<Value>,
-        step: u64,
+        (step, room): (u64, &mut usize),
     ) -> Result<Option<PartId>, Blocked> {
         let rules = scope.rules();
         Ok(match effect {
@@ -249,12 +255,12 @@ impl Derivation {
                 None
             }
             Effect::Repeat { over, effects } => {
-                repeated::each::<Blocked>(over, scope, locals, &mut |locals| {
+                repeated::each(over, scope, locals, room, &mut |locals, room| {
                     // One that stands alone reads nothing that its repetitions make.
                     if let [effect] = effects.as_slice() {
-                        return self.carry_out_one(next, effect, scope, locals, step).map(drop);
+                        return self.carry_out_one(next, effect, scope, locals, (step, room)).map(drop);
                     }
-                    self.carry_out_each(next, rules, effects, locals, step)
+                    self.carry_out_each(next, rules, effects, locals, (step, room))
                 })?;
                 None
             }
@@ -284,10 +290,36 @@ impl Derivation {
                 continue;
             }
             again.repeat(rules, old).map_err(|_| Blocked::Needed)?;
+            if self.others_in_their_place(&again, rules, old) {
+                return Err(Blocked::Needed);
+            }
         }
         again.next = self.next;
         *self = again;
         Ok(())
+    }
+
+    /// Whether later steps name parts of a step that have become others, as it was repeated for other things: parts are known by their
+    /// number within the step.
+    fn others_in_their_place(&self, again: &Self, rules: &RuleSet, step: &Step) -> bool {
+        let repeats = |e: &Effect| matches!(e, Effect::Repeat { .. });
+        if !rules.rule(&step.rule).is_some_and(|rule| rule.effects.iter().any(repeats)) {
+            return false;
+        }
+        let held = |derivation: &Self, id: PartId| {
+            let part = derivation.design.parts.get(&id)?;
+            Some((part.kind.clone(), part.held_by))
+        };
+        let is_another = |reference: &Reference| match reference {
+            Reference::Part(id) | Reference::Port(id, _) | Reference::Joint(id)
+                if step_of(*id) == step.id =>
+            {
+                held(self, *id) != held(again, *id)
+            }
+            _ => false,
+        };
+        let later = self.steps.iter().filter(|other| other.id > step.id);
+        later.flat_map(|other| &other.locals).any(|local| local.refers(&is_another))
     }
 
     /// Works out what a rule says by `let`: it follows from the design as it is now, and from the choices. What reads the temperature

@@ -22,8 +22,8 @@ mod unrepeatable;
 
 use grammar_lang::bounds::{Facts, locals_of};
 use grammar_lang::diagnostics::Diagnostic;
-use grammar_lang::eval::{EvalError, Value, evaluate};
-use grammar_lang::ir::{Rule, RuleSet, Ty};
+use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
+use grammar_lang::ir::{Matched, Rule, RuleSet, Ty};
 
 pub use apply::Blocked;
 pub use candidate::Candidate;
@@ -230,6 +230,20 @@ impl Derivation {
 fn within(facts: &Facts<'_>, rules: &RuleSet, step: &Step) -> Result<(), Unrepeatable> {
     let Some(rule) = rules.rule(&step.rule) else { return Ok(()) };
     let first = rule.locals.len().saturating_sub(rule.choices.len());
+    let mut slot = 0;
+    for matched in &rule.matches {
+        let own = |slot: usize| step.locals.get(slot).map(Recorded::value);
+        if let Matched::Part { port: true, .. } = matched.what
+            && let (
+                Some(Value::Reference(Reference::Part(part))),
+                Some(Value::Reference(Reference::Port(of, _))),
+            ) = (own(slot), own(slot + 1))
+            && part != of
+        {
+            return Err(Unrepeatable::NotDrawn(rule.name.clone()));
+        }
+        slot += matched.slots();
+    }
     let known = locals_of(facts, rule);
     let chosen = rule.choices.iter().zip(step.locals.iter().skip(first)).zip(known.iter().skip(first));
     for ((choice, recorded), known) in chosen {

@@ -1,45 +1,52 @@
 //! Effects that are repeated: `for i in 0 .. 3`, `for w in wheel`.
 
 use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
-use grammar_lang::ir::Binder;
+use grammar_lang::ir::{Binder, ExprKind};
 
-use super::DesignScope;
+use super::{Blocked, DesignScope};
 
-/// How often an effect may be repeated, all its binders together.
-const MOST: usize = 1000;
+/// How often what an effect says may be repeated, all blocks within each other together.
+pub(super) const MOST: usize = 1000;
 
-/// Does something once for everything that an effect is repeated for; each time the locals end with what the binders hold.
-pub(super) fn each<E: From<EvalError>>(
+/// What is done each time, with the locals, and with how often something may still be repeated.
+type Act<'a> = dyn FnMut(&mut Vec<Value>, &mut usize) -> Result<(), Blocked> + 'a;
+
+/// Does something once for everything that effects are repeated for; each time the locals end with what the binders hold. `room` is how often
+/// that may still be.
+pub(super) fn each(
     over: &[Binder],
     scope: &DesignScope<'_>,
     locals: &mut Vec<Value>,
-    act: &mut dyn FnMut(&mut Vec<Value>) -> Result<(), E>,
-) -> Result<(), E> {
+    room: &mut usize,
+    act: &mut Act<'_>,
+) -> Result<(), Blocked> {
     let depth = locals.len();
-    let done = within(over, scope, locals, MOST, act);
+    let done = within(over, scope, locals, room, act);
     locals.truncate(depth);
     done
 }
 
-/// The same for `room` values at most.
-fn within<E: From<EvalError>>(
+fn within(
     over: &[Binder],
     scope: &DesignScope<'_>,
     locals: &mut Vec<Value>,
-    room: usize,
-    act: &mut dyn FnMut(&mut Vec<Value>) -> Result<(), E>,
-) -> Result<(), E> {
-    let Some((binder, rest)) = over.split_first() else { return act(locals) };
+    room: &mut usize,
+    act: &mut Act<'_>,
+) -> Result<(), Blocked> {
+    let Some((binder, rest)) = over.split_first() else { return act(locals, room) };
+    let too_many = || {
+        let reason = format!("an effect is repeated more than {MOST} times");
+        Blocked::from(EvalError { span: binder.over.span, reason })
+    };
     let values: Vec<Value> = match evaluate(&binder.over, scope, locals)? {
-        Value::Domain(domain) if domain.count() > room => {
-            let reason = format!("an effect is repeated more than {MOST} times");
-            return Err(EvalError { span: binder.over.span, reason }.into());
-        }
+        Value::Domain(domain) if domain.count() > *room => return Err(too_many()),
         Value::Domain(domain) => domain.items().collect(),
+        // What is written out is meant as it stands.
+        list if matches!(binder.over.kind, ExprKind::List(_)) => list.items().to_vec(),
         list => originals(list.items(), scope),
     };
-    let room = room / values.len().max(1);
     for value in values {
+        *room = room.checked_sub(1).ok_or_else(too_many)?;
         locals.truncate(binder.slot);
         locals.resize(binder.slot, Value::Bool(false));
         locals.push(value);

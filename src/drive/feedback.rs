@@ -8,9 +8,9 @@ use std::collections::BTreeSet;
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate, evaluate_number};
 use grammar_lang::ir::{Attribute, ElementAttribute, ExprKind, Group, MotionWord, Sensor, Track, Word};
 
-use super::Drive;
 use super::conditions::Conditions;
 use super::hardware::Limit;
+use super::{Drive, Parameters};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, DesignScope};
 use crate::design::PartId;
@@ -80,6 +80,8 @@ struct Reaction<'r> {
     sensors: Vec<Fitted<'r>>,
     /// By actuator: its locals with the states as they begin, where its actuation reacts.
     begun: Vec<Option<Vec<Value>>>,
+    /// The values of what the search varies, the weights of policies among them.
+    parameters: Parameters,
 }
 
 impl<'r> Reaction<'r> {
@@ -93,6 +95,7 @@ impl<'r> Reaction<'r> {
             sensors: fitted(drive),
             conditions: conditions.clone(),
             drive: drive.clone(),
+            parameters: parameters.to_vec(),
         })
     }
 }
@@ -102,7 +105,8 @@ fn fitted<'r>(drive: &Drive<'r>) -> Vec<Fitted<'r>> {
     let rules = drive.candidate.rules;
     let mut read: BTreeSet<String> = BTreeSet::new();
     for (_, actuation) in &drive.actuations {
-        for value in actuation.values() {
+        let known = actuation.actions.iter().filter_map(|action| rules.policies.get(&action.policy));
+        for value in actuation.values().chain(known.flat_map(|policy| &policy.inputs)) {
             value.any(&mut |e| {
                 if let ExprKind::Sensor(name, _) = &e.kind {
                     read.insert(name.clone());
@@ -245,6 +249,7 @@ impl Running<'_> {
         let mut scope = drive.scope();
         scope.time = self.moment as f64 * feedback.interval();
         scope.felt = felt;
+        drive.decide(&feedback.parameters, self.moment, &scope, &mut self.locals)?;
         for (place, driven) in drive.actuators.iter().enumerate() {
             let Some(locals) = self.locals.get_mut(place).and_then(Option::as_mut) else { continue };
             let Some((_, actuation)) = drive.actuations.get(driven.actuation) else { continue };

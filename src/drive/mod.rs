@@ -11,6 +11,8 @@ mod cycle;
 mod feedback;
 mod hardware;
 mod mutate;
+mod network;
+mod policies;
 mod scope;
 mod shares;
 mod uneven;
@@ -27,6 +29,7 @@ pub use bends::Bends;
 pub use conditions::Conditions;
 pub use cycle::{Asked, Cycle};
 pub use feedback::ControlLaw;
+use policies::Mind;
 use scope::DriveScope;
 
 /// Values of all varied quantities of a body, in SI units; a Bool is 0 or 1.
@@ -43,6 +46,8 @@ enum Holder {
     Actuator(PartId),
     /// All actuators of a group, by the number that they share.
     Group(f64),
+    /// A policy, by its index in [`Drive::minds`]: its weights.
+    Policy(usize),
 }
 
 /// A run of values within [`Parameters`] that belong to one variable.
@@ -77,6 +82,8 @@ pub struct Drive<'r> {
     actuators: Vec<Driven>,
     actuations: Vec<(&'r str, &'r Actuation)>,
     fields: Vec<Field>,
+    /// The policies that decide for actuators of the body.
+    minds: Vec<Mind<'r>>,
     length: usize,
 }
 
@@ -93,11 +100,13 @@ impl<'r> Drive<'r> {
             actuators: Vec::new(),
             actuations: Vec::new(),
             fields: Vec::new(),
+            minds: Vec::new(),
             length: 0,
         };
         for id in &candidate.body.actuators {
             drive.add(*id)?;
         }
+        drive.add_policies();
         Ok(drive)
     }
 
@@ -168,7 +177,10 @@ impl<'r> Drive<'r> {
         self.length
     }
 
-    fn variable(&self, field: &Field) -> Option<&'r Variable> {
+    fn variable(&self, field: &Field) -> Option<&Variable> {
+        if let Holder::Policy(number) = field.holder {
+            return self.minds.get(number).map(|mind| &mind.weights);
+        }
         self.actuations.get(field.actuation)?.1.variables.get(field.variable)
     }
 
@@ -179,7 +191,7 @@ impl<'r> Drive<'r> {
         for field in &self.fields {
             let Some(variable) = self.variable(field) else { continue };
             let whose = match field.holder {
-                Holder::Everyone | Holder::Body => String::new(),
+                Holder::Everyone | Holder::Body | Holder::Policy(_) => String::new(),
                 Holder::Actuator(id) => format!(" of {}", name(id)),
                 Holder::Group(number) => format!(" of group {number}"),
             };
@@ -199,6 +211,10 @@ impl<'r> Drive<'r> {
             let Some(variable) = self.variable(field) else { continue };
             for _ in 0..variable.size.unwrap_or(1) {
                 let (low, high) = variable.domain;
+                if matches!(field.holder, Holder::Policy(_)) {
+                    out.push(random.normal(0.0, 1.0).clamp(low, high));
+                    continue;
+                }
                 out.push(match variable.ty {
                     Ty::Bool => f64::from(u8::from(random.unit() < 0.5)),
                     Ty::Count => low + random.below((high - low) as usize + 1) as f64,
@@ -356,6 +372,7 @@ impl<'r> Drive<'r> {
             let begun = actuation.states.iter().map(|state| evaluate(&state.from, &scope, &mut locals));
             let begun: Vec<Value> = begun.collect::<Result<_, _>>()?;
             locals.extend(begun);
+            locals.extend(policies::undecided(actuation));
             for (_, value) in &actuation.lets {
                 let value = evaluate(value, &scope, &mut locals)?;
                 locals.push(value);

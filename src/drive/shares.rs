@@ -60,6 +60,13 @@ impl Drive<'_> {
                 continue;
             };
             let same = from.fields.iter().find(|other| match field.holder {
+                Holder::Policy(number) => {
+                    let of = match other.holder {
+                        Holder::Policy(number) => from.minds.get(number),
+                        _ => None,
+                    };
+                    self.minds.get(number).zip(of).is_some_and(|(own, other)| own.is_alike(other))
+                }
                 Holder::Everyone => {
                     other.holder == field.holder
                         && from.variable(other).is_some_and(|v| v.name == variable.name)

@@ -312,7 +312,8 @@ impl RunFolder {
         self.write_here(|| write_own(&self.best_path(), &design.text()))?;
         if let Some(old) = self.replaced.borrow_mut().take() {
             wait_no_more(&old);
-            leftovers::remove_run(&old).map_err(FileError::remove(&old))?;
+            // Somebody may have put something into it meanwhile: then it stays.
+            leftovers::remove(&old);
             leftovers::clear(&self.path, true);
         }
         Ok(())

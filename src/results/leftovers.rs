@@ -77,7 +77,7 @@ fn beside(path: &Path, prefix: &str, numbered: bool) -> Vec<PathBuf> {
 }
 
 /// Removes a folder if all in it was written by runs and no process holds it.
-fn remove(folder: &Path) {
+pub(super) fn remove(folder: &Path) {
     let is_ours = if super::place::is_series(folder) {
         check_series(folder).is_ok()
     } else {
@@ -95,7 +95,7 @@ fn remove(folder: &Path) {
 /// # Errors
 ///
 /// The system's reason.
-pub(super) fn remove_run(folder: &Path) -> std::io::Result<()> {
+fn remove_run(folder: &Path) -> std::io::Result<()> {
     for name in entries(folder)?.into_iter().filter(|name| name != RUN && name != RUNS) {
         let path = folder.join(name);
         let is_folder = fs::symlink_metadata(&path)?.is_dir();

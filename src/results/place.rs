@@ -109,10 +109,9 @@ pub fn foreign_in(path: &Path) -> Option<String> {
 fn is_own(path: &Path, name: &str) -> bool {
     let of_run = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, PROCESSES, processes::BEFORE];
     let kept = [archive::FOLDER, archive::TABLE, front::FOLDER, front::TABLE];
-    // Pages and drawings are ours as long as nobody has edited them.
-    let drawn = ["view.html", "schedule.svg", "difference.svg"];
-    let of_target = name.starts_with("schedule.") && name.ends_with(".svg");
-    let is_drawn = (drawn.contains(&name) || of_target) && is_as_written(&path.join(name));
+    // Pages and drawings are ours as long as nobody has edited them, whatever they are called.
+    let is_page = [".html", ".svg"].iter().any(|ending| name.ends_with(ending));
+    let is_drawn = is_page && is_as_written(&path.join(name));
     of_run.contains(&name)
         || kept.contains(&name)
         || is_drawn

@@ -110,7 +110,8 @@ impl SeriesFolder {
             },
         )?;
         if let Some(old) = replaced {
-            fs::remove_dir_all(&old).map_err(FileError::remove(&old))?;
+            // Somebody may have put something into it meanwhile: then it stays.
+            leftovers::remove(&old);
         }
         if force {
             leftovers::clear(path, true);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Abstract, Facts, Interval, Kinds, Reasoning, Truth};
-use crate::ir::{Actuation, Effect, Expr, ExprKind, Group, Matched, Operator, Rule, Ty};
+use crate::ir::{Actuation, Binder, Decided, Effect, Expr, ExprKind, Group, Matched, Operator, Rule, Ty};
 
 /// What is known of everything that a rule matches and chooses, by slot.
 #[must_use]
@@ -64,6 +64,16 @@ pub fn actuation_locals(facts: &Facts<'_>, actuation: &Actuation) -> Vec<Abstrac
         reasoning.locals.push(match state.ty {
             Ty::Bool => Abstract::Bool(Truth::Sometimes),
             _ => Abstract::Any,
+        });
+    }
+    for action in &actuation.actions {
+        reasoning.locals.push(match (&action.ty, &action.choice) {
+            (Ty::Bool, _) => Abstract::Bool(Truth::Sometimes),
+            (_, Decided::Within(low, high)) => Abstract::Number(Interval::new(*low, *high)),
+            (_, Decided::OneOf(values)) => {
+                let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+                Abstract::Number(Interval::new(low, values.iter().copied().fold(low, f64::max)))
+            }
         });
     }
     for (_, value) in actuation.lets.iter().chain(&actuation.moving) {
@@ -128,24 +138,64 @@ pub fn conjuncts(condition: &Expr) -> Vec<&Expr> {
     found
 }
 
+/// How what a rule repeats is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repeated {
+    /// Once, for all repetitions together.
+    Together,
+    /// Of a range whose ends are known, for its first number and for its last one: as both are taken, what fails for one of them fails for the
+    /// whole rule.
+    FirstAndLast,
+}
+
 impl Reasoning<'_> {
     /// Looks at effects in their order, each with what is known of the locals that it reads: those of the rule, what earlier effects
-    /// have made, and what it is repeated for. What is repeated is looked at once.
+    /// have made, and what it is repeated for.
     pub fn through_effects<'e>(
         &mut self,
         effects: &'e [Effect],
+        seen: Repeated,
         look: &mut dyn FnMut(&mut Self, &'e Effect),
     ) {
         for effect in effects {
             look(self, effect);
             if let Effect::Repeat { over, effects } = effect {
                 let depth = self.locals.len();
-                self.run_over(over);
-                self.through_effects(effects, look);
+                self.through_repeated(over, effects, seen, look);
                 self.locals.truncate(depth);
             }
             let made = self.made_by(effect).map(Abstract::Part);
             self.locals.extend(made);
+        }
+    }
+
+    /// The same for what is repeated.
+    fn through_repeated<'e>(
+        &mut self,
+        over: &'e [Binder],
+        effects: &'e [Effect],
+        seen: Repeated,
+        look: &mut dyn FnMut(&mut Self, &'e Effect),
+    ) {
+        let Some((binder, rest)) = over.split_first() else {
+            return self.through_effects(effects, seen, look);
+        };
+        let taken = match &binder.over.kind {
+            ExprKind::Range(low, high) if seen == Repeated::FirstAndLast => {
+                let ends = self.numbers(low).single().zip(self.numbers(high).single());
+                ends.filter(|(low, high)| low <= high)
+            }
+            _ => None,
+        };
+        let Some((first, last)) = taken else {
+            self.run_over(std::slice::from_ref(binder));
+            return self.through_repeated(rest, effects, seen, look);
+        };
+        let last = Some(last).filter(|last| *last > first);
+        for number in [Some(first), last].into_iter().flatten() {
+            self.locals.truncate(binder.slot);
+            self.locals.push(Abstract::Number(Interval::point(number)));
+            self.through_repeated(rest, effects, seen, look);
         }
     }
 

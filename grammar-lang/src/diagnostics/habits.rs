@@ -355,6 +355,8 @@ const NAMED: &[&str] = &[
     "vary",
     "sense",
     "state",
+    "policy",
+    "action",
 ];
 
 /// What helps where the parts of a line are there, but in another form or order: `rule add-leg`, `0:90:270 deg`,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer, range};
-use super::{DRIVEN, Expr, ExprKind, Ty};
+use super::{Action, DRIVEN, Expr, ExprKind, Ty};
 use crate::source::Span;
 
 /// A parameterised curve for actuators.
@@ -14,8 +14,11 @@ pub struct Actuation {
     /// What each actuator remembers from one control moment to the next.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<State>,
+    /// What policies decide of each actuator.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub actions: Vec<Action>,
     /// Values that neither change in time nor are measured, in order. Locals: the actuator is 0,
-    /// then the variables, then the states, then these.
+    /// then the variables, then the states, then the actions, then these.
     pub lets: Vec<(String, Expr)>,
     /// Values that change in time, are measured or remembered, in order, with the next local slots.
     pub moving: Vec<(String, Expr)>,
@@ -112,22 +115,30 @@ pub enum Bound {
 }
 
 impl Actuation {
-    /// Its values and what it drives, without where states begin.
+    /// Its values, what policies know of its actuators, and what it drives, without where states begin.
     pub fn values(&self) -> impl Iterator<Item = &Expr> {
         let values = self.lets.iter().chain(&self.moving).map(|(_, value)| value);
-        values.chain(self.states.iter().map(|state| &state.next)).chain([&self.drive])
+        let known = self.actions.iter().flat_map(|action| &action.inputs);
+        values.chain(self.states.iter().map(|state| &state.next)).chain(known).chain([&self.drive])
     }
 
-    /// Whether it reacts to what is measured, or remembers something: what it asks for is not known ahead.
+    /// Whether it reacts to what is measured, remembers something, or leaves something to a policy: what it asks for is not known ahead.
     #[must_use]
     pub fn is_closed_loop(&self) -> bool {
         !self.states.is_empty()
+            || !self.actions.is_empty()
             || self.values().any(|value| value.any(&mut |e| matches!(e.kind, ExprKind::Sensor(..))))
     }
 
     /// The first slot of its values.
     #[must_use]
     pub fn first_let(&self) -> usize {
+        self.first_action() + self.actions.len()
+    }
+
+    /// The first slot of its actions.
+    #[must_use]
+    pub fn first_action(&self) -> usize {
         1 + self.variables.len() + self.states.len()
     }
 }
@@ -191,6 +202,8 @@ impl Writer<'_> {
         let states: Names = actuation.states.iter().map(|state| state.name.clone()).collect();
         let starts: Vec<String> = actuation.states.iter().map(|s| self.expr(&s.from, &names)).collect();
         names.extend(states);
+        names.extend(actuation.actions.iter().map(|action| action.name.clone()));
+        actuation.actions.iter().for_each(|action| self.action(action, &names));
         let mut all = names.clone();
         all.extend(actuation.lets.iter().chain(&actuation.moving).map(|(name, _)| name.clone()));
         for (state, from) in actuation.states.iter().zip(starts) {

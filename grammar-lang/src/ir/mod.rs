@@ -10,6 +10,7 @@ mod kind;
 mod lattice;
 mod novelty;
 mod parts;
+mod policies;
 mod rules;
 mod scenarios;
 mod search;
@@ -35,6 +36,7 @@ pub use kind::*;
 pub use lattice::*;
 pub use novelty::*;
 pub use parts::*;
+pub use policies::*;
 pub use rules::*;
 pub use scenarios::*;
 pub use search::*;
@@ -93,6 +95,9 @@ pub struct RuleSet {
     /// What the robot measures of itself.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub sensors: IndexMap<String, Sensor>,
+    /// What decides actions.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub policies: IndexMap<String, Policy>,
     /// Actuations by name.
     pub actuations: IndexMap<String, Actuation>,
     /// What one body is asked to do. A grammar that names no tasks has one,
@@ -214,6 +219,7 @@ impl Writer<'_> {
         self.gap();
         self.required();
         rules.sensors.iter().for_each(|(name, sensor)| self.sensor(name, sensor));
+        rules.policies.iter().for_each(|(name, policy)| self.policy(name, policy));
         rules.actuations.iter().for_each(|(name, actuation)| self.actuation(name, actuation));
         self.gap();
         rules.terms.iter().for_each(|(name, term)| self.term(name, term));

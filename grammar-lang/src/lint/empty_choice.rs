@@ -1,6 +1,6 @@
 //! A choice with nothing to choose from, and parameters chosen outside their domain.
 
-use crate::bounds::Abstract;
+use crate::bounds::{Abstract, Repeated};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Value;
 use crate::ir::{Effect, ExprKind, Rule, Settable};
@@ -30,6 +30,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         }
         known.reasoning(&locals.narrowed).through_effects(
             &rule.effects,
+            Repeated::Together,
             &mut |reasoning, effect| match effect {
                 Effect::Attach { what, .. } | Effect::Replace { with: what, .. } => {
                     what.any(&mut |e| {

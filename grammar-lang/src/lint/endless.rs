@@ -4,7 +4,7 @@
 use indexmap::IndexMap;
 
 use crate::bounds::linear::{Row, contradictory};
-use crate::bounds::{Abstract, Kinds, conjuncts};
+use crate::bounds::{Abstract, Kinds, Repeated, conjuncts};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{DesignWord, Effect, Expr, ExprKind, Group, Operator, Rule, Word};
 
@@ -84,14 +84,18 @@ fn growth<'r>(known: &Known<'r>, rule: &'r Rule, locals: &Locals) -> Vec<Growth<
         return Vec::new();
     }
     let mut all = Vec::new();
-    known.reasoning(&locals.narrowed).through_effects(&rule.effects, &mut |reasoning, effect| {
-        if let Effect::Attach { on, .. } = effect
-            && let Abstract::Port(holders) = reasoning.value(&on.port)
-            && let Some(made) = reasoning.made_by(effect)
-        {
-            all.push(Growth { rule, holders, made });
-        }
-    });
+    known.reasoning(&locals.narrowed).through_effects(
+        &rule.effects,
+        Repeated::Together,
+        &mut |reasoning, effect| {
+            if let Effect::Attach { on, .. } = effect
+                && let Abstract::Port(holders) = reasoning.value(&on.port)
+                && let Some(made) = reasoning.made_by(effect)
+            {
+                all.push(Growth { rule, holders, made });
+            }
+        },
+    );
     all
 }
 

@@ -65,11 +65,13 @@ mod worlds;
 
 pub use fast_spin::MOST as MOST_TURN;
 
+use std::collections::BTreeSet;
+
 use crate::bounds::Begun;
 use crate::diagnostics::Diagnostic;
 use crate::eval::Budget;
 use crate::ir::RuleSet;
-use crate::source::FileId;
+use crate::source::{FileId, Span};
 
 use known::Known;
 
@@ -180,4 +182,14 @@ pub fn run(
         POINTLESS.iter().for_each(|lint| lint(&known, &mut found));
         findings.extend(found.into_iter().filter(|d| d.span().file == own.entry));
     }
+    once(findings);
+}
+
+/// Tells everything once: what a rule repeats is looked at more than once.
+fn once(findings: &mut Vec<Diagnostic>) {
+    let mut told = BTreeSet::new();
+    findings.retain(|finding| {
+        let Span { file, start, end } = finding.span();
+        told.insert((finding.code.id, file, start, end, finding.message.clone()))
+    });
 }

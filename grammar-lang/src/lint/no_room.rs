@@ -1,6 +1,7 @@
 //! Requirements that leave no room for what rules attach: for no part more than the initial design
 //! has, or for none of a kind.
 
+use crate::bounds::Repeated;
 use crate::bounds::linear::Row;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Effect, Group, Requirement, Rule};
@@ -37,9 +38,13 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
     for (rule, locals) in attaching {
         let mut attached = Vec::new();
-        known.reasoning(&locals.narrowed).through_effects(&rule.effects, &mut |reasoning, effect| {
-            attached.extend(reasoning.made_by(effect).filter(|_| attaches(effect)));
-        });
+        known.reasoning(&locals.narrowed).through_effects(
+            &rule.effects,
+            Repeated::Together,
+            &mut |reasoning, effect| {
+                attached.extend(reasoning.made_by(effect).filter(|_| attaches(effect)));
+            },
+        );
         let vain = attached.iter().find_map(|made| {
             let kinds = known.facts.names(made);
             let stops = kinds.iter().all(|kind| full.contains_key(kind));

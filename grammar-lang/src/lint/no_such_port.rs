@@ -1,8 +1,8 @@
 //! A port is asked for that no part there can have.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use crate::bounds::{Abstract, Asked, Facts, Interval, Reasoning, Truth, conjuncts};
+use crate::bounds::{Abstract, Asked, Facts, Interval, Reasoning, Repeated, Truth, conjuncts};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{ACTUATOR_PORTS, BLOCK_PORTS, Effect, Expr, ExprKind, Operator, Rule};
 use crate::source::Span;
@@ -15,28 +15,14 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (rule, locals) in known.rules() {
         let mut reasoning = known.reasoning(&locals.narrowed);
         for (at, of, name) in asked(rule) {
-            findings.extend(not_there(facts, &mut reasoning, rule, at, of, name, &Taken::new()));
+            findings.extend(not_there(facts, &mut reasoning, rule, at, of, name));
         }
-        let mut taken = Taken::new();
-        reasoning.through_effects(&rule.effects, &mut |reasoning, effect| match effect {
-            Effect::Repeat { over, .. } => {
-                for binder in over {
-                    let ends = match &binder.over.kind {
-                        ExprKind::Range(low, high) => {
-                            reasoning.numbers(low).single().zip(reasoning.numbers(high).single())
-                        }
-                        _ => None,
-                    };
-                    taken.remove(&binder.slot);
-                    taken.extend(ends.map(|(low, high)| (binder.slot, Interval::new(low, high))));
-                }
+        reasoning.through_effects(&rule.effects, Repeated::FirstAndLast, &mut |reasoning, effect| {
+            if let Effect::Attach { on, .. } = effect
+                && let ExprKind::Port(of, name, _) = &on.port.kind
+            {
+                findings.extend(not_there(facts, reasoning, rule, &on.port, of, name));
             }
-            Effect::Attach { on, .. } => {
-                if let ExprKind::Port(of, name, _) = &on.port.kind {
-                    findings.extend(not_there(facts, reasoning, rule, &on.port, of, name, &taken));
-                }
-            }
-            _ => {}
         });
     }
     // Whatever else is worked out: requirements, preferences, terms, guards, actuations.
@@ -57,9 +43,6 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// The numbers that effects are repeated for, each of them, by slot.
-type Taken = BTreeMap<usize, Interval>;
-
 /// What is wrong with a port that a rule must find, if it cannot.
 fn not_there(
     facts: &Facts<'_>,
@@ -68,7 +51,6 @@ fn not_there(
     at: &Expr,
     of: &Expr,
     name: &str,
-    taken: &Taken,
 ) -> Option<Diagnostic> {
     let (Abstract::Port(kinds) | Abstract::Part(kinds)) = reasoning.value(of) else { return None };
     if facts.are_ports(&kinds, name) == Truth::Never {
@@ -79,15 +61,14 @@ fn not_there(
     let ExprKind::Port(_, _, Some(number)) = &at.kind else { return None };
     let there = facts.port_numbers(&kinds, name)?;
     let asked = reasoning.numbers(number);
-    if asked.low > there.high || asked.high < there.low {
-        return Some(no_such_number(&of_rule(rule, name), number.span, name, there));
-    }
-    // What is repeated asks for each of its numbers.
-    let ExprKind::Local(slot) = number.kind else { return None };
-    let each = taken.get(&slot).filter(|each| each.low <= each.high)?;
-    let lacking = [each.low, each.high].into_iter().find(|n| *n < there.low || *n > there.high)?;
-    let finding = no_such_number(&of_rule(rule, name), number.span, name, there);
-    Some(finding.label(format!("one of the numbers is {lacking}")))
+    let is_beyond = asked.low > there.high || asked.high < there.low;
+    is_beyond.then(|| {
+        let finding = no_such_number(&of_rule(rule, name), number.span, name, there);
+        match asked.single() {
+            Some(one) => finding.label(format!("this is {one}")),
+            None => finding,
+        }
+    })
 }
 
 /// What is wrong with a port that is asked for, if it is never there.

@@ -17,7 +17,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
     let Some(core) = ruleset.begin.first() else { return };
     let used = ruleset.tasks.values().flat_map(|task| task.actuated.values());
-    let varied = used.filter_map(|name| ruleset.actuations.get(name)).any(|a| !a.variables.is_empty());
+    let varied = used
+        .filter_map(|name| ruleset.actuations.get(name))
+        .any(|a| !a.variables.is_empty() || !a.actions.is_empty());
     let told = |label: &str, help: &str| {
         Diagnostic::new(Code::NOTHING_TO_SEARCH, core.span, "there is nothing to search")
             .label(label)

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use crate::bounds::{Abstract, Kinds};
+use crate::bounds::{Abstract, Kinds, Repeated};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Effect, ExprKind, Group, Matched, Rule};
 
@@ -148,9 +148,13 @@ impl<'k, 'r> Reach<'k, 'r> {
     fn after(&mut self, rule: &Rule, locals: &Locals) -> Vec<usize> {
         let known = self.known;
         let mut made = Vec::new();
-        known.reasoning(&locals.narrowed).through_effects(&rule.effects, &mut |reasoning, effect| {
-            made.extend(reasoning.made_by(effect));
-        });
+        known.reasoning(&locals.narrowed).through_effects(
+            &rule.effects,
+            Repeated::Together,
+            &mut |reasoning, effect| {
+                made.extend(reasoning.made_by(effect));
+            },
+        );
         let mut woken = Vec::new();
         for made in made {
             for group in made.groups() {

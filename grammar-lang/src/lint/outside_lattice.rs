@@ -1,6 +1,6 @@
 //! Regions that lie outside the lattice wherever the cell is that they are beside.
 
-use crate::bounds::Interval;
+use crate::bounds::{Interval, Repeated};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{DesignFunction, Effect, Expr, ExprKind, Function};
 
@@ -20,7 +20,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     };
     let rules = known.rules().map(|(rule, locals)| (&rule.effects, locals.narrowed.as_slice()));
     for (effects, locals) in rules.chain([(&lattice.begin, &[][..])]) {
-        known.reasoning(locals).through_effects(effects, &mut |reasoning, effect| {
+        known.reasoning(locals).through_effects(effects, Repeated::Together, &mut |reasoning, effect| {
             if let Effect::Cells(cells) = effect {
                 let locals = reasoning.locals.clone();
                 look(&cells.region, &|e| known.reasoning(&locals).numbers(e));

@@ -1,6 +1,6 @@
 //! Where expressions stand in a rule set, with what is known of their locals.
 
-use crate::bounds::{Abstract, actuation_locals};
+use crate::bounds::{Abstract, Repeated, actuation_locals};
 use crate::ir::{Effect, Expr, Kernel, Rule, SearchMethod, Spread};
 
 use super::known::Known;
@@ -24,14 +24,18 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
     let mut add = |exprs: Vec<&'r Expr>, locals: Vec<Abstract>| all.push(Scoped { exprs, locals });
     for (rule, locals) in known.rules() {
         add(before_effects(rule), locals.narrowed.clone());
-        known.reasoning(&locals.narrowed).through_effects(&rule.effects, &mut |reasoning, effect| {
-            let exprs = match effect {
-                // What is repeated comes next, with what is known of it.
-                Effect::Repeat { over, .. } => over.iter().map(|binder| &binder.over).collect(),
-                one => one.exprs(),
-            };
-            add(exprs, reasoning.locals.clone());
-        });
+        known.reasoning(&locals.narrowed).through_effects(
+            &rule.effects,
+            Repeated::Together,
+            &mut |reasoning, effect| {
+                let exprs = match effect {
+                    // What is repeated comes next, with what is known of it.
+                    Effect::Repeat { over, .. } => over.iter().map(|binder| &binder.over).collect(),
+                    one => one.exprs(),
+                };
+                add(exprs, reasoning.locals.clone());
+            },
+        );
         add(vec![&rule.weight], Vec::new());
     }
     add(ruleset.requirements.iter().map(|r| &r.condition).collect(), Vec::new());
@@ -47,6 +51,7 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
         }
     }
     add(ruleset.sensors.values().map(|sensor| &sensor.value).collect(), Vec::new());
+    add(ruleset.policies.values().flat_map(|policy| &policy.inputs).collect(), Vec::new());
     add(ruleset.terms.values().map(|term| &term.value).collect(), Vec::new());
     let of_tasks = ruleset.tasks.values().flat_map(|task| task.objectives());
     add(of_tasks.chain(ruleset.objectives()).map(|objective| &objective.value).collect(), Vec::new());

@@ -559,6 +559,8 @@ pub enum ActuationClause {
     Variable(Box<Variable>),
     /// `state NAME : TYPE from EXPR next EXPR`
     State(Box<State>),
+    /// `action NAME : TYPE in DOMAIN of POLICY from [EXPR, ...]`
+    Action(Box<Action>),
     /// `let NAME = EXPR`
     Let(Name, Expr),
     /// `drive angle = EXPR`
@@ -576,6 +578,21 @@ pub struct State {
     pub from: Expr,
     /// What it will be at the next one.
     pub next: Expr,
+}
+
+/// What a policy decides of an actuator.
+#[derive(Clone, Debug)]
+pub struct Action {
+    /// Its name.
+    pub name: Name,
+    /// Its type.
+    pub ty: Name,
+    /// The values to decide between.
+    pub domain: Expr,
+    /// The policy.
+    pub policy: Name,
+    /// What the policy knows of the actuator.
+    pub inputs: Option<Expr>,
 }
 
 /// A quantity that the search varies.

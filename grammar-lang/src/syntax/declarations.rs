@@ -33,11 +33,13 @@ pub enum BlockKind {
     Search,
     /// A set of worlds.
     Scenarios,
+    /// A policy that decides actions.
+    Policy,
 }
 
 impl BlockKind {
-    const ALL: [Self; 6] =
-        [Self::Part, Self::Actuator, Self::Model, Self::Cell, Self::Search, Self::Scenarios];
+    const ALL: [Self; 7] =
+        [Self::Part, Self::Actuator, Self::Model, Self::Cell, Self::Search, Self::Scenarios, Self::Policy];
 
     /// The word that opens it.
     #[must_use]
@@ -49,6 +51,7 @@ impl BlockKind {
             Self::Cell => "cell",
             Self::Search => "search",
             Self::Scenarios => "scenarios",
+            Self::Policy => "policy",
         }
     }
 
@@ -246,6 +249,14 @@ pub const KINDS: &[Kind] = &[
         several: "Sensors",
         what: "a sensor",
         clauses: Clauses::None,
+        counts: Counts::WhereUsed,
+    },
+    Kind {
+        word: "policy",
+        form: "policy brain { hidden = [16]  every = 0.2 s }",
+        several: "Policies",
+        what: "a policy",
+        clauses: Clauses::Fields,
         counts: Counts::WhereUsed,
     },
     Kind {

@@ -22,6 +22,7 @@ const CLAUSES: &[(&str, &str)] = &[
     ("shared", "shared period : Time in 2 s .. 6 s mutate 0.3 by normal(0 s, 1 s)"),
     ("vary", "vary size : Angle in 0 deg .. 90 deg mutate 0.5 by normal(0 deg, 20 deg)"),
     ("state", "state phase : Number from 0 next fraction(phase + control_interval / 2 s)"),
+    ("action", "action push : Number in -1 .. 1 of brain from [bent(a) / 60 deg]"),
     ("drive", "drive angle = 30 deg * sin(t / 1 s * 360 deg)"),
     ("place", "place head : cube to core.front"),
     ("step", "step head = grow(p = core, q = core.front)"),
@@ -90,7 +91,7 @@ mod tests {
         }
         for (word, form) in CLAUSES {
             let entry = match *word {
-                "shared" | "vary" | "state" | "drive" => Rule::only_actuation,
+                "shared" | "vary" | "state" | "action" | "drive" => Rule::only_actuation,
                 "place" => Rule::only_begin,
                 "step" | "refuse" | "expect" => Rule::only_example,
                 "feature" | "known" => Rule::only_novelty,

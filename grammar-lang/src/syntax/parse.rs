@@ -31,6 +31,7 @@ const BLOCKS: &[&str] = &[
     "pattern",
     "term",
     "sense",
+    "policy",
     "require",
     "prefer",
     "example",

@@ -25,7 +25,7 @@ const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize", "
 const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect", "allow"];
 const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add", "allow"];
 const NOVELTY_CLAUSES: &[&str] = &["feature", "known", "allow"];
-const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "state", "let", "drive", "allow"];
+const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "state", "action", "let", "drive", "allow"];
 
 /// Reports a run of junk, declaration by declaration.
 pub(super) fn junk(scan: &Scan<'_>, junk: Stretch<'_>, file: FileId, found: &mut Found) {

@@ -338,6 +338,9 @@ impl<'a> Assembly<'a> {
         let (targets, prototypes) = hardware?;
         self.declarations.check_targets(&tasks, &targets, &used.actuators, &used.actuations);
         self.declarations.check_closed_loops(&tasks, &used.actuations);
+        let changes_bodies = !derived.rules.is_empty()
+            && singles.search.as_ref().is_some_and(|search| search.bodies.is_some());
+        self.declarations.check_policies(&tasks, &used.actuations, changes_bodies);
         self.declarations.check_periods(&tasks, &used.actuations, &used.terms, &observed);
         let novelties = novelties?;
         if !is_sound {

@@ -20,7 +20,7 @@ use crate::drive::Drive;
 fn identity(rules: &RuleSet, derivation: &Derivation) -> String {
     let varies = |task: &Task| {
         let mut actuations = task.actuated.values().filter_map(|name| rules.actuations.get(name));
-        actuations.any(|actuation| !actuation.variables.is_empty())
+        actuations.any(|actuation| !actuation.variables.is_empty() || !actuation.actions.is_empty())
     };
     match rules.search.curves.is_some() && rules.tasks.values().any(varies) {
         true => derivation.design.canonical_hash(),

@@ -198,6 +198,7 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
                         names.push(name.text.clone());
                     }
                     crate::syntax::ast::ActuationClause::State(_)
+                    | crate::syntax::ast::ActuationClause::Action(_)
                     | crate::syntax::ast::ActuationClause::Drive(..) => {}
                 }
             }

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use pest::iterators::Pair;
 
 use super::ast::{
-    ActuationClause, Allow, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field,
+    Action, ActuationClause, Allow, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field,
     ItemKind, Joint, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind,
     State, Typed, Variable,
 };
@@ -459,6 +459,13 @@ impl<'a> Lowering<'a> {
                 ty: self.name(&inner.next()?),
                 from: self.expr(inner.next()?)?,
                 next: self.expr(inner.next()?)?,
+            })),
+            Rule::action_clause => ActuationClause::Action(Box::new(Action {
+                name: self.name(&inner.next()?),
+                ty: self.name(&inner.next()?),
+                domain: self.expr(inner.next()?)?,
+                policy: self.name(&inner.next()?),
+                inputs: inner.next().and_then(|inputs| self.expr(inputs)),
             })),
             Rule::let_item => match self.definition(node)? {
                 ItemKind::Let(name, None, value) => ActuationClause::Let(name, value),

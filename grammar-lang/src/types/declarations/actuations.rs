@@ -111,8 +111,9 @@ impl Declarations<'_> {
         }
         let states = self.states(clauses, &mut cx);
         let complete = variables.len() + states.len() + 1 == cx.locals.len();
+        let actions = self.actions(clauses, &mut cx);
         let first_state = 1 + variables.len();
-        let remembered = first_state..first_state + states.len();
+        let remembered = first_state..cx.locals.len();
         // Values without the time come first, so that they are found once for a motion.
         let mut lets: Vec<(String, Expr)> = Vec::new();
         let mut moving: Vec<(String, Expr)> = Vec::new();
@@ -145,7 +146,7 @@ impl Declarations<'_> {
                         );
                     }
                 }
-                ActuationClause::Variable(_) | ActuationClause::State(_) => {}
+                ActuationClause::Variable(_) | ActuationClause::State(_) | ActuationClause::Action(_) => {}
             }
         }
         let states = self.state_changes(clauses, states, &mut cx);
@@ -166,7 +167,16 @@ impl Declarations<'_> {
         if !complete {
             return None;
         }
-        Some(ir::Actuation { variables, states: states?, lets, moving, drive: drive?, span: name.span })
+        let span = name.span;
+        Some(ir::Actuation {
+            variables,
+            states: states?,
+            actions: actions?,
+            lets,
+            moving,
+            drive: drive?,
+            span,
+        })
     }
 
     /// Where the states of an actuation begin; each has a slot from here on.
@@ -640,6 +650,7 @@ fn varied_by(clause: &ActuationClause) -> Option<&Name> {
         ActuationClause::Variable(variable) if !variable.shared => Some(&variable.name),
         ActuationClause::Let(name, _) if name.text != "period" => Some(name),
         ActuationClause::State(state) => Some(&state.name),
+        ActuationClause::Action(action) => Some(&action.name),
         _ => None,
     }
 }
@@ -650,6 +661,7 @@ fn named_by(clause: &ActuationClause) -> Option<&Name> {
         ActuationClause::Variable(variable) => Some(&variable.name),
         ActuationClause::Let(name, _) => Some(name),
         ActuationClause::State(state) => Some(&state.name),
+        ActuationClause::Action(action) => Some(&action.name),
         ActuationClause::Drive(..) => None,
     }
 }

@@ -13,6 +13,7 @@ mod models;
 mod novelty;
 mod observe;
 mod parts;
+mod policies;
 mod rules;
 mod scenarios;
 mod searches;
@@ -42,6 +43,7 @@ pub(super) struct Named {
     pub(super) actuators: IndexMap<String, ir::Actuator>,
     pub(super) actuations: IndexMap<String, ir::Actuation>,
     pub(super) sensors: IndexMap<String, ir::Sensor>,
+    pub(super) policies: IndexMap<String, ir::Policy>,
     scenarios: IndexMap<String, ir::Scenarios>,
 }
 
@@ -65,6 +67,7 @@ impl Named {
             preferences: Vec::new(),
             examples: IndexMap::new(),
             sensors: self.sensors,
+            policies: self.policies,
             actuations: self.actuations,
             tasks: IndexMap::new(),
             targets: IndexMap::new(),
@@ -135,6 +138,7 @@ impl<'a> Declarations<'a> {
                 BlockKind::Part => keep(&mut found.parts, own, self.part(block, damaged)),
                 BlockKind::Actuator => keep(&mut found.actuators, own, self.actuator(block, damaged)),
                 BlockKind::Scenarios => keep(&mut found.scenarios, own, self.scenarios(block, damaged)),
+                BlockKind::Policy => keep(&mut found.policies, own, self.policy(block, damaged)),
                 // What has one of these says what it comes to.
                 BlockKind::Cell | BlockKind::Model | BlockKind::Search => true,
             },

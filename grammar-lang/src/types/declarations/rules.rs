@@ -9,7 +9,7 @@ use crate::ir::{self, Attribute, Expr, ExprKind, Group, PartAttribute, Settable,
 use crate::source::Span;
 use crate::syntax::ast::{self, Name, RuleClause, RuleClauseKind};
 use crate::syntax::declarations::BlockKind;
-use crate::types::expressions::context::Context;
+use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
@@ -83,10 +83,7 @@ impl Declarations<'_> {
         self.check_twice(clauses);
         self.check_space(clauses);
         if !damaged && self.expressions.errors.len() == found {
-            self.unread(
-                clauses.iter().filter_map(|c| bound_by(&c.kind)),
-                "use it in this rule, or take it out",
-            );
+            self.unread(bound_within(clauses).into_iter(), "use it in this rule, or take it out");
             self.products.extend(products_of(clauses).into_iter().cloned());
         }
         if damaged || self.expressions.errors.iter().skip(found).any(Diagnostic::is_error) {
@@ -297,13 +294,7 @@ impl Declarations<'_> {
     ) -> Option<ir::Effect> {
         let depth = cx.locals.len();
         let over = self.expressions.binders(over, cx);
-        let mut effects = Vec::new();
-        for (place, clause) in clauses.iter().enumerate() {
-            self.check_repeatable(clause, cx);
-            let known = self.expressions.errors.len();
-            effects.extend(self.effect(&clause.kind, cx));
-            self.tell_of_makers(known, clauses, place);
-        }
+        let effects = self.within_block(clauses, 0, cx);
         cx.locals.truncate(depth);
         if let [RuleClause { kind: RuleClauseKind::Attach { product: Some(name), .. }, .. }] = clauses {
             self.report(
@@ -331,14 +322,54 @@ impl Declarations<'_> {
         Some(ir::Effect::Repeat { over, effects })
     }
 
+    /// What the clauses of a block do from one of them on. A value that has a name, and a condition, hold for all that stands below them: that
+    /// is repeated for the one value, or not at all.
+    fn within_block(&mut self, clauses: &[RuleClause], first: usize, cx: &mut Context) -> Vec<ir::Effect> {
+        let mut effects = Vec::new();
+        for (place, clause) in clauses.iter().enumerate().skip(first) {
+            let once = match &clause.kind {
+                RuleClauseKind::Let(name, value) => {
+                    let value = self.expressions.infer(value, cx);
+                    let (span, ty) = (value.span, value.ty.clone());
+                    let slot = cx.locals.len();
+                    self.expressions.bind(name, ty.clone(), cx);
+                    let over = Expr { kind: ExprKind::List(vec![value]), ty: Ty::List(Box::new(ty)), span };
+                    ir::Binder { slot, over }
+                }
+                RuleClauseKind::Guard(positive, condition) => {
+                    let what = if *positive { "what follows `when`" } else { "what follows `unless`" };
+                    let condition = self.expressions.expect(condition, cx, &Ty::Bool, what);
+                    let slot = cx.locals.len();
+                    cx.locals.push(Local { name: String::new(), ty: Ty::Count, span: condition.span });
+                    ir::Binder { slot, over: once_if(*positive, condition) }
+                }
+                _ => {
+                    self.check_repeatable(clause, cx);
+                    let known = self.expressions.errors.len();
+                    effects.extend(self.effect(&clause.kind, cx));
+                    self.tell_of_makers(known, clauses, place);
+                    continue;
+                }
+            };
+            let rest = self.within_block(clauses, place + 1, cx);
+            if rest.is_empty() && !cx.damaged {
+                self.report(
+                    Diagnostic::new(Code::NO_EFFECT, clause.span, "nothing stands below this in the block")
+                        .label("it is for nothing")
+                        .help("say below it what is done: `attach`, `set`, `remove` or `replace`"),
+                );
+            }
+            effects.push(ir::Effect::Repeat { over: vec![once], effects: rest });
+            break;
+        }
+        effects
+    }
+
     /// Reports clauses that say something of the whole rule and stand in a block that is repeated.
     fn check_repeatable(&mut self, clause: &RuleClause, cx: &mut Context) {
         let word = match &clause.kind {
             RuleClauseKind::Match { .. } | RuleClauseKind::MatchNothing => "match",
             RuleClauseKind::Choose(..) => "choose",
-            RuleClauseKind::Let(..) => "let",
-            RuleClauseKind::Guard(true, _) => "when",
-            RuleClauseKind::Guard(false, _) => "unless",
             RuleClauseKind::Weight(_) => "weight",
             RuleClauseKind::Revert(_) => "revert",
             _ => return,
@@ -516,11 +547,7 @@ impl Declarations<'_> {
         let ty = if active { Ty::Actuator } else { Ty::Part };
         match name {
             Some(name) => self.expressions.bind(name, ty, cx),
-            None => cx.locals.push(crate::types::expressions::context::Local {
-                name: String::new(),
-                ty,
-                span: what.span,
-            }),
+            None => cx.locals.push(Local { name: String::new(), ty, span: what.span }),
         }
     }
 
@@ -694,6 +721,15 @@ fn bound_by(clause: &RuleClauseKind) -> Option<&Name> {
     }
 }
 
+/// The same of clauses and of the blocks among them.
+fn bound_within(clauses: &[RuleClause]) -> Vec<&Name> {
+    let names = clauses.iter().flat_map(|clause| match &clause.kind {
+        RuleClauseKind::Repeat { clauses, .. } => bound_within(clauses),
+        kind => bound_by(kind).into_iter().collect(),
+    });
+    names.collect()
+}
+
 /// What the clauses of a rule call the parts that they make.
 fn products_of(clauses: &[RuleClause]) -> Vec<&Name> {
     let named = clauses.iter().flat_map(|clause| match &clause.kind {
@@ -704,6 +740,17 @@ fn products_of(clauses: &[RuleClause]) -> Vec<&Name> {
         _ => Vec::new(),
     });
     named.collect()
+}
+
+/// A range of one number if a condition holds, else of none.
+fn once_if(positive: bool, condition: Expr) -> Expr {
+    let span = condition.span;
+    let count = |kind| Expr { kind, ty: Ty::Count, span };
+    let (one, none) = (|| count(ExprKind::Number(1.0)), || count(ExprKind::Number(0.0)));
+    let (then, otherwise) = if positive { (one(), none()) } else { (none(), one()) };
+    let last = count(ExprKind::If(Box::new(condition), Box::new(then), Box::new(otherwise)));
+    let kind = ExprKind::Range(Box::new(one()), Box::new(last));
+    Expr { kind, ty: Ty::Domain(Box::new(Ty::Count)), span }
 }
 
 /// How many of the first `bound` locals must have a value before an expression has one.

@@ -1,0 +1,169 @@
+//! The policies of a body: their networks, and what they decide.
+
+use grammar_lang::eval::{EvalError, Value, evaluate};
+use grammar_lang::ir::{
+    Action, Actuation, Bound, Decided, Expr, ExprKind, Kernel, Mutation, Owner, Policy, Ty, Variable,
+};
+
+use super::network::Network;
+use super::scope::DriveScope;
+use super::{Drive, Field, Holder};
+
+/// Weights lie within these ends. They are drawn with a deviation of 1.
+pub(super) const WEIGHTS: (f64, f64) = (-8.0, 8.0);
+
+/// A policy with the network that it needs for a body.
+#[derive(Clone, Debug)]
+pub(super) struct Mind<'r> {
+    name: &'r str,
+    policy: &'r Policy,
+    network: Network,
+    /// Its weights, as what the search varies.
+    pub(super) weights: Variable,
+}
+
+impl Mind<'_> {
+    /// Whether the weights of one are weights of the other.
+    pub(super) fn is_alike(&self, other: &Mind<'_>) -> bool {
+        self.name == other.name && self.network == other.network
+    }
+
+    /// How many control intervals lie between two decisions.
+    fn pace(&self, interval: f64) -> usize {
+        let every = self.policy.every.unwrap_or(interval);
+        (libm::ceil(every / interval - 1e-9) as usize).max(1)
+    }
+}
+
+impl<'r> Drive<'r> {
+    /// Gives each policy that decides for actuators of this body its network, and a field for its weights.
+    pub(super) fn add_policies(&mut self) {
+        let rules = self.candidate.rules;
+        for (name, policy) in &rules.policies {
+            let (mut inputs, mut outputs) = (policy.inputs.len(), 0);
+            for driven in &self.actuators {
+                for (_, action) in self.actions_of(driven.actuation, name) {
+                    inputs += action.inputs.len();
+                    outputs += action.choice.outputs();
+                }
+            }
+            if outputs == 0 {
+                continue;
+            }
+            let network = Network::new(inputs, &policy.hidden, outputs);
+            let size = network.weights();
+            let number = |x: f64| Expr { kind: ExprKind::Number(x), ty: Ty::NUMBER, span: policy.span };
+            let weights = Variable {
+                name: name.clone(),
+                owner: Owner::Body,
+                size: Some(size),
+                ty: Ty::NUMBER,
+                domain: WEIGHTS,
+                from: None,
+                mutation: Mutation {
+                    probability: number(policy.mutation_chance),
+                    kernel: Kernel::Normal(number(0.0), number(policy.mutation_size)),
+                    bound: Bound::Clamp,
+                },
+                span: policy.span,
+            };
+            let holder = Holder::Policy(self.minds.len());
+            self.minds.push(Mind { name, policy, network, weights });
+            self.fields.push(Field { actuation: 0, variable: 0, holder, start: self.length });
+            self.length += size;
+        }
+    }
+
+    /// The actions of an actuation that a policy decides, with their places among all of it.
+    fn actions_of<'a>(
+        &self,
+        actuation: usize,
+        policy: &'a str,
+    ) -> impl Iterator<Item = (usize, &'r Action)> + use<'r, 'a> {
+        let actuation: Option<&'r Actuation> =
+            self.actuations.get(actuation).map(|(_, actuation)| *actuation);
+        let actions = actuation.into_iter().flat_map(|actuation| actuation.actions.iter().enumerate());
+        actions.filter(move |(_, action)| action.policy == policy)
+    }
+
+    /// Decides what is to be decided in a control moment: writes the actions among the locals of the actuators.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when something that a policy knows has no value.
+    pub(super) fn decide(
+        &self,
+        parameters: &[f64],
+        moment: usize,
+        scope: &DriveScope<'_>,
+        locals: &mut [Option<Vec<Value>>],
+    ) -> Result<(), EvalError> {
+        for field in &self.fields {
+            let Holder::Policy(number) = field.holder else { continue };
+            let Some(mind) = self.minds.get(number) else { continue };
+            if !moment.is_multiple_of(mind.pace(self.task.model.control)) {
+                continue;
+            }
+            let mut inputs = Vec::with_capacity(mind.network.inputs());
+            for input in &mind.policy.inputs {
+                inputs.push(number_of(input, scope, &mut Vec::new())?);
+            }
+            for (driven, own) in self.actuators.iter().zip(&mut *locals) {
+                let Some(own) = own else { continue };
+                for (_, action) in self.actions_of(driven.actuation, mind.name) {
+                    for input in &action.inputs {
+                        inputs.push(number_of(input, scope, own)?);
+                    }
+                }
+            }
+            let weights = parameters.get(field.start..field.start + mind.network.weights());
+            let outputs = mind.network.answer(weights.unwrap_or_default(), &inputs);
+            let mut outputs = outputs.as_slice();
+            for (driven, own) in self.actuators.iter().zip(&mut *locals) {
+                let Some((_, actuation)) = self.actuations.get(driven.actuation) else { continue };
+                for (place, action) in self.actions_of(driven.actuation, mind.name) {
+                    let (these, rest) = outputs.split_at_checked(action.choice.outputs()).unwrap_or_default();
+                    outputs = rest;
+                    let slot = own.as_mut().and_then(|own| own.get_mut(actuation.first_action() + place));
+                    slot.into_iter().for_each(|slot| *slot = taken(action, these));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The actions of an actuation before anything is decided: the middle of a range, the first of several values.
+pub(super) fn undecided(actuation: &Actuation) -> impl Iterator<Item = Value> + '_ {
+    actuation.actions.iter().map(|action| taken(action, &vec![0.0; action.choice.outputs()]))
+}
+
+/// What a policy takes by its outputs: a share of a range, or the value with the greatest output.
+fn taken(action: &Action, outputs: &[f64]) -> Value {
+    let value = match &action.choice {
+        Decided::Within(low, high) => {
+            let output = outputs.first().copied().unwrap_or(0.0);
+            low + (high - low) * (0.5 + 0.5 * libm::tanh(output))
+        }
+        Decided::OneOf(values) => {
+            let mut best = 0;
+            for (place, output) in outputs.iter().enumerate() {
+                if outputs.get(best).is_some_and(|most| output > most) {
+                    best = place;
+                }
+            }
+            values.get(best).copied().unwrap_or(0.0)
+        }
+    };
+    if action.ty == Ty::Bool { Value::Bool(value != 0.0) } else { Value::Number(value) }
+}
+
+/// A number that a policy knows; of a Bool 0 or 1.
+fn number_of(input: &Expr, scope: &DriveScope<'_>, locals: &mut Vec<Value>) -> Result<f64, EvalError> {
+    let value = match evaluate(input, scope, locals)? {
+        Value::Bool(yes) => Some(f64::from(u8::from(yes))),
+        value => value.as_number(),
+    };
+    let none = || EvalError { span: input.span, reason: "a policy knows finite numbers only".to_owned() };
+    value.filter(|x| x.is_finite()).ok_or_else(none)
+}

@@ -1,0 +1,125 @@
+//! Policies: what networks decide from what sensors read, when, and that searches for their weights are repeatable.
+
+use sgc::derive::{Candidate, Derivation};
+use sgc::drive::Drive;
+use sgc::search::settings;
+use sgc::simulate::{Stop, World, model};
+
+use crate::joints::compiled;
+use crate::sensors::walker;
+
+/// What each actuator is asked for at each control moment, in degrees, with these weights.
+fn commands(text: &str, weights: &[f64]) -> Vec<Vec<f64>> {
+    let rules = compiled(text);
+    let candidate = Candidate::new(&rules, Derivation::begin(&rules).into());
+    let task = rules.first_task().unwrap();
+    let drive = Drive::new(&candidate, task).unwrap();
+    assert_eq!(drive.length(), weights.len(), "one weight for each node and each of its inputs");
+    let law = drive.control_law(weights).unwrap();
+    assert!(law.is_closed_loop());
+    let mut simulation =
+        model("articulated").unwrap().prepare(&candidate.body.assembly, &settings(&task.model)).unwrap();
+    let motion = simulation.run_cases(Stop::NEVER, &[law.case(&World::NOMINAL)]).unwrap().remove(0).unwrap();
+    let told = motion.commands.unwrap();
+    told.angles.chunks(told.actuators).map(|row| row.iter().map(|x| x.to_degrees()).collect()).collect()
+}
+
+/// The walker without rules: a network is of one body.
+fn one_body(policy: &str, actuation: &str) -> String {
+    let grow = "rule grow { match p : block with free port q  attach cube to q }";
+    walker(policy, actuation).replace(grow, "")
+}
+
+/// A policy decides at equal times; what it decided holds until then. Each actuator has outputs of its own, an image among them.
+#[test]
+fn decisions_hold_until_the_next() {
+    // Without hidden nodes the outputs are biases and shares of the inputs: of the time, of one actuator and of the other.
+    let text = one_body(
+        "policy brain { inputs = [t / 1 s]  hidden = []  every = 50 ms }",
+        "action push : Angle in -10 deg .. 10 deg of brain from [a.image]  drive angle = push",
+    );
+    let (bias, rate) = (0.2, 3.0 * libm::sqrt(3.0));
+    let asked = commands(&text, &[bias, rate, 0.0, 0.0, -bias, 0.0, 0.0, libm::sqrt(3.0)]);
+    for (moment, row) in asked.iter().enumerate() {
+        let decided = (moment - moment % 3) as f64 / 60.0;
+        let expected = [10.0 * libm::tanh(bias + 3.0 * decided), 10.0 * libm::tanh(1.0 - bias)];
+        for (asked, expected) in row.iter().zip(expected) {
+            assert!((asked - expected).abs() < 1e-9, "moment {moment}: {asked}, expected {expected}");
+        }
+    }
+    assert!(asked.len() > 100);
+}
+
+/// Of several values the one with the greatest output is taken, the first of equals. What was decided last is known.
+#[test]
+fn one_of_several_values_is_taken() {
+    let text = one_body(
+        "policy brain { hidden = []  every = 100 ms }",
+        "action way : Count in 1 .. 3 of brain from []
+         action up : Bool in { false, true } of brain from []
+         drive angle = way * (if up then 1 deg else -1 deg)",
+    );
+    let asked = commands(&text, &[0.1, 0.3, 0.2, 0.0, 0.0, 0.5, 0.1, 0.5, -1.0, 1.0]);
+    assert!(asked.iter().all(|row| (row[0] + 2.0).abs() < 1e-9 && (row[1] - 1.0).abs() < 1e-9));
+    // Each turns over what it decided before.
+    let turning = one_body(
+        "policy brain { hidden = []  every = 100 ms }",
+        "action on : Bool in { false, true } of brain from [if on then 1 else 0]
+         drive angle = if on then 5 deg else 0 deg",
+    );
+    // By actuator the output for `false` and that for `true`: a bias, and a weight for each of the two inputs.
+    let own = |first: f64, second: f64| vec![0.0, 0.0, 0.0, 1.0, first, second];
+    let asked = commands(&turning, &[own(-2.0, 0.0), own(0.0, -2.0)].concat());
+    let ons: Vec<bool> = asked.iter().step_by(6).map(|row| row[0] > 1.0).take(8).collect();
+    assert_eq!(ons, [true, false, true, false, true, false, true, false]);
+}
+
+/// A body whose gait a small network decides, which a search may tune.
+pub(crate) fn learner() -> String {
+    let text = one_body(
+        "use std.sensors { lean }
+         sense bent(a : bender) : Angle = a.angle at now noise 1 deg
+         policy brain { inputs = [lean / 30 deg]  hidden = [4]  every = 0.1 s }",
+        "action push : Number in -1 .. 1 of brain from [bent(a) / 60 deg, sin(t / 1 s * 360 deg)]
+         state aim : Angle from 0 deg next clamp(aim + push * 180 deg/s * control_interval, -60 deg, 60 deg)
+         drive angle = aim",
+    );
+    text.replace("{ recommended }", "{ gait_evolution }")
+        .replace("search recommended", "search gait_evolution")
+}
+
+/// A search for weights gives the same bits for one thread and for two; its design evaluates to what it says, and one with an edited
+/// weight is refused.
+#[test]
+fn learned_gaits_are_repeatable() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = folder.path().join("own.sgr");
+    std::fs::write(&grammar, learner()).unwrap();
+    let sgc = |command: &[&str]| {
+        let output = crate::command_line::sgc(command);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        output
+    };
+    let run = |name: &str, jobs: &str| {
+        let out = folder.path().join(name);
+        let (file, to) = (grammar.to_string_lossy(), out.to_string_lossy());
+        sgc(&["run", &file, "--max-evals", "60", "--jobs", jobs, "--quiet", "--out", &to]);
+        out
+    };
+    let read = |folder: &std::path::Path| std::fs::read_to_string(folder.join("evals.csv")).unwrap();
+    let (one, two) = (run("one", "1"), run("two", "2"));
+    assert_eq!(read(&one), read(&two));
+    let again = crate::command_line::sgc(&["eval", &one.to_string_lossy()]);
+    assert!(String::from_utf8_lossy(&again.stderr).contains("exactly the saved value"));
+
+    let best = one.join("best.design.json");
+    let saved = std::fs::read_to_string(&best).unwrap();
+    assert!(saved.contains("brain[0]"));
+    let mut design: serde_json::Value = serde_json::from_str(&saved).unwrap();
+    let weight = &mut design["tasks"][0]["drive"][0];
+    assert_eq!(weight[0], "brain[0]");
+    weight[1] = 0.125.into();
+    std::fs::write(&best, design.to_string()).unwrap();
+    let edited = crate::command_line::sgc(&["eval", &best.to_string_lossy()]);
+    assert_ne!(edited.status.code(), Some(0));
+}
