@@ -8,8 +8,9 @@ use grammar_lang::ir::{
 
 use super::choosing::domain_of;
 use super::record::{Recorded, Step};
+use super::repeated::{self, UnderWay};
 use super::scope::DesignScope;
-use super::{Derivation, Unrepeatable, repeated};
+use super::{Derivation, Unrepeatable};
 use crate::design::step_of;
 use crate::design::{Attachment, Design, PartId, Refusal};
 
@@ -53,7 +54,7 @@ impl Blocked {
             Self::Refused(Refusal::Asymmetric(kind)) => format!("symmetry of {kind}"),
             Self::Refused(Refusal::NoImage { kind, port }) => format!("no image of {kind}.{port}"),
             Self::Refused(Refusal::Askew(kind)) => format!("{kind} out of the mirror's plane"),
-            Self::Refused(Refusal::BadParameter(name)) => format!("parameter {name}"),
+            Self::Refused(Refusal::BadParameter { name, .. }) => format!("parameter {name}"),
             Self::Refused(Refusal::NoSuchPart(unmade)) => format!("no {}", unmade.field),
             Self::Refused(Refusal::NoPort(name)) => format!("no port {name}"),
             Self::Refused(Refusal::Fixed) => "part of the beginning".to_owned(),
@@ -99,7 +100,9 @@ impl Blocked {
                 "the symmetry would be lost: it leads from the port `{port}` of {} `{kind}` to a place where that has no port (`alone` attaches it without an image)",
                 article(kind)
             ),
-            Self::Refused(Refusal::BadParameter(name)) => format!("`{name}` is outside its domain"),
+            Self::Refused(Refusal::BadParameter { name, why }) => {
+                format!("`{name}` is outside its domain: {why}")
+            }
             Self::Refused(Refusal::NoSuchPart(unmade)) => {
                 format!("with its parameters the part has no `{}`: {}", unmade.field, unmade.reason)
             }
@@ -129,8 +132,23 @@ impl Derivation {
     ///
     /// What blocks it.
     pub fn apply(&self, rules: &RuleSet, rule: &Rule, locals: &[Value]) -> Result<Self, Blocked> {
+        self.apply_and_tell(rules, rule, locals).map(|(next, _)| next)
+    }
+
+    /// The same, with what its effects made: each part with the number of the effect among those that make parts
+    /// ([`Effect::makers`]).
+    ///
+    /// # Errors
+    ///
+    /// What blocks it.
+    pub(super) fn apply_and_tell(
+        &self,
+        rules: &RuleSet,
+        rule: &Rule,
+        locals: &[Value],
+    ) -> Result<(Self, Vec<(usize, PartId)>), Blocked> {
         let mut next = self.clone();
-        self.carry_out(&mut next, rules, &rule.effects, locals, self.next)?;
+        let made = self.carry_out(&mut next, rules, &rule.effects, locals, self.next)?;
         if let Some(broken) = next.broken(rules)? {
             return Err(Blocked::Requirement(broken));
         }
@@ -139,7 +157,7 @@ impl Derivation {
             next.steps.push(Step { id: next.next, rule: rule.name.clone(), locals });
         }
         next.next += 1;
-        Ok(next)
+        Ok((next, made))
     }
 
     /// The kinds of two parts that would overlap if a rule were applied, where a requirement asks that none do.
@@ -166,8 +184,8 @@ impl Derivation {
         self.design.overlapping(rules)
     }
 
-    /// Carries out effects on `next`, as step number `step`. All of them
-    /// read the design before the step, and what earlier effects have made.
+    /// Carries out effects on `next`, as step number `step`. All of them read the design before the step, and what earlier effects have
+    /// made. Gives what they made, each part with the number of its effect among those that make parts.
     pub(super) fn carry_out(
         &self,
         next: &mut Self,
@@ -175,14 +193,15 @@ impl Derivation {
         effects: &[Effect],
         locals: &[Value],
         step: u64,
-    ) -> Result<(), Blocked> {
+    ) -> Result<Vec<(usize, PartId)>, Blocked> {
         let mut locals = locals.to_vec();
+        let mut under_way = UnderWay { step, room: 0, makers: Effect::makers(effects), made: Vec::new() };
         for effect in effects {
             // Each has its own.
-            let mut room = repeated::MOST;
-            self.carry_out_each(next, rules, std::slice::from_ref(effect), &mut locals, (step, &mut room))?;
+            under_way.room = repeated::MOST;
+            self.carry_out_each(next, rules, std::slice::from_ref(effect), &mut locals, &mut under_way)?;
         }
-        Ok(())
+        Ok(under_way.made)
     }
 
     /// The same; the parts that effects make follow the locals.
@@ -192,12 +211,12 @@ impl Derivation {
         rules: &RuleSet,
         effects: &[Effect],
         locals: &mut Vec<Value>,
-        (step, room): (u64, &mut usize),
+        under_way: &mut UnderWay<'_>,
     ) -> Result<(), Blocked> {
         for effect in effects {
             let made = next.design.clone();
             let scope = DesignScope::new(rules, self).with_made(&made);
-            let made = self.carry_out_one(next, effect, &scope, locals, (step, &mut *room))?;
+            let made = self.carry_out_one(next, effect, &scope, locals, under_way)?;
             locals.extend(made.map(|made| Value::Reference(Reference::Part(made))));
         }
         Ok(())
@@ -210,10 +229,11 @@ impl Derivation {
         effect: &Effect,
         scope: &DesignScope<'_>,
         locals: &mut Vec<Value>,
-        (step, room): (u64, &mut usize),
+        under_way: &mut UnderWay<'_>,
     ) -> Result<Option<PartId>, Blocked> {
         let rules = scope.rules();
-        Ok(match effect {
+        let step = under_way.step;
+        let made = match effect {
             Effect::Attach { what, on } => {
                 if let Some(refusal) = no_such_port(&on.port, scope, locals)? {
                     return Err(refusal.into());
@@ -255,16 +275,19 @@ impl Derivation {
                 None
             }
             Effect::Repeat { over, effects } => {
-                repeated::each(over, scope, locals, room, &mut |locals, room| {
+                repeated::each(over, scope, locals, under_way, &mut |locals, under_way| {
                     // One that stands alone reads nothing that its repetitions make.
                     if let [effect] = effects.as_slice() {
-                        return self.carry_out_one(next, effect, scope, locals, (step, room)).map(drop);
+                        return self.carry_out_one(next, effect, scope, locals, under_way).map(drop);
                     }
-                    self.carry_out_each(next, rules, effects, locals, (step, room))
+                    self.carry_out_each(next, rules, effects, locals, under_way)
                 })?;
                 None
             }
-        })
+        };
+        let maker = under_way.makers.iter().position(|maker| std::ptr::eq(*maker, effect));
+        under_way.made.extend(maker.zip(made));
+        Ok(made)
     }
 
     /// Takes a step back: all others are repeated with their recorded choices.
@@ -363,9 +386,11 @@ impl Derivation {
             }
         }
         let before = self.clone();
-        before.carry_out(self, rules, &rule.effects, &locals, step.id).map_err(|blocked| match blocked {
-            Blocked::NoValue(error) => Unrepeatable::NoValue(error),
-            blocked => Unrepeatable::Refused(blocked.text(rules)),
+        before.carry_out(self, rules, &rule.effects, &locals, step.id).map(drop).map_err(|blocked| {
+            match blocked {
+                Blocked::NoValue(error) => Unrepeatable::NoValue(error),
+                blocked => Unrepeatable::Refused(blocked.text(rules)),
+            }
         })?;
         let kept = locals.iter().map(Recorded::new).collect();
         self.steps.push(Step { locals: kept, ..step.clone() });

@@ -3,14 +3,14 @@
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{Domain, EvalError, Reference, UNKNOWN_HERE, Value, evaluate};
 use grammar_lang::ir::{
-    Application, Example, ExampleClause, Expr, ExprKind, Operator, Rule, RuleSet, Spread, Ty,
+    Application, Effect, Example, ExampleClause, Expr, ExprKind, Operator, Rule, RuleSet, Spread, Ty,
 };
 use grammar_lang::source::Span;
 use grammar_lang::units;
 
 use super::choosing::domain_of;
 use super::{Blocked, Derivation, DesignScope};
-use crate::design::step_of;
+use crate::design::{PartId, step_of};
 
 /// Derives an example and checks what it expects.
 ///
@@ -58,22 +58,22 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                             fail(place, format!("`{name}` cannot be done"), reason)
                         }
                     })?;
+                let (step, made) = step;
                 let step_id = step.steps.last().map_or(0, |s| s.id);
                 derivation = step;
                 let product = derivation.design.parts.keys().find(|p| step_of(**p) == step_id);
                 locals.push(Value::Reference(Reference::Step(step_id)));
-                let made = product.map_or(Reference::Step(step_id), |p| Reference::Part(*p));
-                locals.push(Value::Reference(made));
-                // Images follow their originals: what has none is what an effect made.
-                let parts = derivation.design.parts.iter();
-                let made: Vec<_> = parts
-                    .filter(|(id, part)| step_of(**id) == step_id && part.image_of.is_none())
-                    .map(|(id, _)| *id)
-                    .collect();
-                for place in products {
-                    let part =
-                        made.get(*place).map_or(Reference::Step(step_id), |part| Reference::Part(*part));
-                    locals.push(Value::Reference(part));
+                let first = product.map_or(Reference::Step(step_id), |p| Reference::Part(*p));
+                locals.push(Value::Reference(first));
+                let effects = rules.rule(&application.rule).map_or(&[][..], |rule| &rule.effects);
+                for maker in products {
+                    let own = made.iter().filter(|(by, _)| by == maker);
+                    let mut own = own.map(|(_, part)| Value::Reference(Reference::Part(*part)));
+                    locals.push(if Effect::is_repeated(effects, *maker) {
+                        Value::List(own.collect())
+                    } else {
+                        own.next().unwrap_or(Value::Reference(Reference::Step(step_id)))
+                    });
                 }
             }
             ExampleClause::Refuse { application, by } => {
@@ -152,11 +152,11 @@ fn apply(
     derivation: &Derivation,
     application: &Application,
     names: &[Value],
-) -> Result<Derivation, Undone> {
+) -> Result<(Derivation, Vec<(usize, PartId)>), Undone> {
     let rule = rules.rule(&application.rule);
     let rule = rule.ok_or_else(|| Undone::refused(None, "there is no such rule", None))?;
     let locals = values(rules, derivation, rule, application, names)?;
-    derivation.apply(rules, rule, &locals).map_err(|blocked| match blocked {
+    derivation.apply_and_tell(rules, rule, &locals).map_err(|blocked| match blocked {
         Blocked::NoValue(error) => Undone::NoValue(error),
         blocked => {
             let mut reason = blocked.sentence(rules);

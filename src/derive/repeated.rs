@@ -1,56 +1,68 @@
 //! Effects that are repeated: `for i in 0 .. 3`, `for w in wheel`.
 
 use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
-use grammar_lang::ir::{Binder, ExprKind};
+use grammar_lang::ir::{Binder, Effect, ExprKind};
 
 use super::{Blocked, DesignScope};
+use crate::design::PartId;
+
+/// A step that is being carried out.
+pub(super) struct UnderWay<'e> {
+    /// Its number.
+    pub(super) step: u64,
+    /// How often something may still be repeated.
+    pub(super) room: usize,
+    /// The effects that make parts.
+    pub(super) makers: Vec<&'e Effect>,
+    /// What was made so far, with the number of the effect that made it.
+    pub(super) made: Vec<(usize, PartId)>,
+}
 
 /// How often what an effect says may be repeated, all blocks within each other together.
 pub(super) const MOST: usize = 1000;
 
-/// What is done each time, with the locals, and with how often something may still be repeated.
-type Act<'a> = dyn FnMut(&mut Vec<Value>, &mut usize) -> Result<(), Blocked> + 'a;
+/// What is done each time, with the locals.
+type Act<'a, 'e> = dyn FnMut(&mut Vec<Value>, &mut UnderWay<'e>) -> Result<(), Blocked> + 'a;
 
-/// Does something once for everything that effects are repeated for; each time the locals end with what the binders hold. `room` is how often
-/// that may still be.
-pub(super) fn each(
+/// Does something once for everything that effects are repeated for; each time the locals end with what the binders hold.
+pub(super) fn each<'e>(
     over: &[Binder],
     scope: &DesignScope<'_>,
     locals: &mut Vec<Value>,
-    room: &mut usize,
-    act: &mut Act<'_>,
+    under_way: &mut UnderWay<'e>,
+    act: &mut Act<'_, 'e>,
 ) -> Result<(), Blocked> {
     let depth = locals.len();
-    let done = within(over, scope, locals, room, act);
+    let done = within(over, scope, locals, under_way, act);
     locals.truncate(depth);
     done
 }
 
-fn within(
+fn within<'e>(
     over: &[Binder],
     scope: &DesignScope<'_>,
     locals: &mut Vec<Value>,
-    room: &mut usize,
-    act: &mut Act<'_>,
+    under_way: &mut UnderWay<'e>,
+    act: &mut Act<'_, 'e>,
 ) -> Result<(), Blocked> {
-    let Some((binder, rest)) = over.split_first() else { return act(locals, room) };
+    let Some((binder, rest)) = over.split_first() else { return act(locals, under_way) };
     let too_many = || {
         let reason = format!("an effect is repeated more than {MOST} times");
         Blocked::from(EvalError { span: binder.over.span, reason })
     };
     let values: Vec<Value> = match evaluate(&binder.over, scope, locals)? {
-        Value::Domain(domain) if domain.count() > *room => return Err(too_many()),
+        Value::Domain(domain) if domain.count() > under_way.room => return Err(too_many()),
         Value::Domain(domain) => domain.items().collect(),
         // What is written out is meant as it stands.
         list if matches!(binder.over.kind, ExprKind::List(_)) => list.items().to_vec(),
         list => originals(list.items(), scope),
     };
     for value in values {
-        *room = room.checked_sub(1).ok_or_else(too_many)?;
+        under_way.room = under_way.room.checked_sub(1).ok_or_else(too_many)?;
         locals.truncate(binder.slot);
         locals.resize(binder.slot, Value::Bool(false));
         locals.push(value);
-        within(rest, scope, locals, room, act)?;
+        within(rest, scope, locals, under_way, act)?;
     }
     Ok(())
 }

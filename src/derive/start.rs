@@ -34,8 +34,8 @@ fn fill(rules: &RuleSet, derivation: &mut Derivation) -> Option<EvalError> {
     let lattice = rules.lattice.as_ref()?;
     let before = derivation.clone();
     match before.carry_out(derivation, rules, &lattice.begin, &[], 0) {
-        Ok(()) if !derivation.design.parts.is_empty() => None,
-        Ok(()) => {
+        Ok(_) if !derivation.design.parts.is_empty() => None,
+        Ok(_) => {
             let reason = Blocked::Refused(Refusal::Empty).sentence(rules);
             Some(EvalError { span: lattice.span, reason })
         }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use grammar_lang::eval::{KindValue, Made, Unmade, Value};
 use grammar_lang::ir::{Kind, RuleSet, Settable};
+use grammar_lang::units;
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
@@ -312,14 +313,14 @@ fn normal_turn(turn: f64) -> f64 {
 
 pub(super) fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) -> Result<(), Refusal> {
     let declared = rules.params_of(kind).and_then(|params| params.get(name));
-    let declared = declared.ok_or_else(|| Refusal::BadParameter(name.to_owned()))?;
+    let bad = |why: String| Refusal::BadParameter { name: name.to_owned(), why };
+    let declared = declared.ok_or_else(|| bad(format!("`{kind}` has no such parameter")))?;
+    let shown = |x: f64| units::shown(x, declared.ty.dimension().unwrap_or_default());
     match (declared.domain, value) {
         (Some((low, high)), Value::Number(x)) if *x < low || *x > high => {
-            Err(Refusal::BadParameter(name.to_owned()))
+            Err(bad(format!("{} is not within {} .. {}", shown(*x), shown(low), shown(high))))
         }
-        (_, Value::Number(x)) if x.abs() > grammar_lang::units::LARGEST => {
-            Err(Refusal::BadParameter(name.to_owned()))
-        }
+        (_, Value::Number(x)) if x.abs() > units::LARGEST => Err(bad(format!("{} is too large", shown(*x)))),
         _ => Ok(()),
     }
 }
@@ -379,8 +380,11 @@ pub(super) fn params(
         let value = match (given, &declared.default) {
             (Some(value), _) => value,
             (None, Some(default)) => grammar_lang::eval::evaluate(default, rules, &mut Vec::new())
-                .map_err(|_| Refusal::BadParameter(name.clone()))?,
-            (None, None) => return Err(Refusal::BadParameter(name.clone())),
+                .map_err(|error| Refusal::BadParameter { name: name.clone(), why: error.reason })?,
+            (None, None) => {
+                let why = "it has no value".to_owned();
+                return Err(Refusal::BadParameter { name: name.clone(), why });
+            }
         };
         in_domain(rules, kind, name, &value)?;
         out.insert(name.clone(), value);

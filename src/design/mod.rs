@@ -100,7 +100,12 @@ pub enum Refusal {
     /// An actuator of this kind is turned out of the plane of the mirror that it lies on.
     Askew(String),
     /// A parameter lies outside its domain or has no value.
-    BadParameter(String),
+    BadParameter {
+        /// Its name.
+        name: String,
+        /// What is wrong with its value.
+        why: String,
+    },
     /// With its parameters a field of the part has no value that a part can have.
     NoSuchPart(Unmade),
     /// The part has no such port.

@@ -349,6 +349,10 @@ impl<'f> Reasoning<'f> {
         if count.low <= 0.0 {
             self.never.truncate(before);
         }
+        if matches!(expr.ty, Ty::Vector(_)) {
+            otherwise.iter().for_each(|value| drop(self.value(value)));
+            return Abstract::Any;
+        }
         gathered(*how, count, body, || otherwise.as_ref().map(|value| self.value(value)))
     }
 

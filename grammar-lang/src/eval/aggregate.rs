@@ -1,7 +1,7 @@
 //! Aggregates: over the items of collections, in any number of worlds.
 
 use super::{EvalError, Evaluation, MOST, OPERATIONS, Reference, Result_, Value, fail, missing};
-use crate::ir::{Binder, Expr, ExprKind, Gather, Word};
+use crate::ir::{Binder, Expr, ExprKind, Gather, Ty, Word};
 
 impl Evaluation<'_> {
     pub(super) fn aggregate(&mut self, expr: &Expr) -> Result_ {
@@ -15,6 +15,7 @@ impl Evaluation<'_> {
         let mut gathered = Gathered {
             count: 0,
             sum: 0.0,
+            vector: [0.0; 3],
             least: f64::INFINITY,
             greatest: f64::NEG_INFINITY,
             values: Vec::new(),
@@ -35,6 +36,7 @@ impl Evaluation<'_> {
         let nothing = gathered.count == 0;
         Ok(match how {
             Gather::Count | Gather::Clusters => Value::Number(gathered.count as f64),
+            Gather::Sum if is_vector(expr) => Value::Vector(gathered.vector),
             Gather::Sum => Value::Number(gathered.sum),
             Gather::Forall => Value::Bool(gathered.all),
             Gather::Exists => Value::Bool(gathered.any),
@@ -42,6 +44,9 @@ impl Evaluation<'_> {
                 Some(value) => self.value(value)?,
                 None => return fail(expr, "there is nothing to gather here; say what then with `otherwise`"),
             },
+            Gather::Mean if is_vector(expr) => {
+                Value::Vector(gathered.vector.map(|x| x / gathered.count as f64))
+            }
             Gather::Mean => Value::Number(gathered.sum / gathered.count as f64),
             Gather::Min => Value::Number(gathered.least),
             Gather::Max => Value::Number(gathered.greatest),
@@ -139,6 +144,10 @@ impl Evaluation<'_> {
                     into.all &= holds;
                     into.any |= holds;
                 }
+                (Gather::Sum | Gather::Mean, Some(body)) if is_vector(expr) => {
+                    let Value::Vector(vector) = self.value(body)? else { return Err(missing(body)) };
+                    into.vector.iter_mut().zip(vector).for_each(|(sum, x)| *sum += x);
+                }
                 (how, Some(body)) => into.take(*how, self.number(body)?),
             }
             return Ok(());
@@ -177,6 +186,8 @@ impl Evaluation<'_> {
 struct Gathered {
     count: usize,
     sum: f64,
+    /// The sum of vectors.
+    vector: [f64; 3],
     least: f64,
     greatest: f64,
     /// One by one, where it matters how they are spread.
@@ -196,6 +207,11 @@ impl Gathered {
             self.values.push(x);
         }
     }
+}
+
+/// Whether vectors are gathered.
+fn is_vector(expr: &Expr) -> bool {
+    matches!(expr.ty, Ty::Vector(_))
 }
 
 /// The standard deviation of values that are all there are.

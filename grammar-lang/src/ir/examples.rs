@@ -25,7 +25,7 @@ pub enum ExampleClause {
         name: String,
         /// What is applied.
         application: Application,
-        /// Which of the parts that the rule makes have names there, by their place among these.
+        /// Which of the effects that make parts name them, by their numbers among these. What is made again and again is a list.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         products: Vec<usize>,
     },

@@ -197,6 +197,27 @@ impl Effect {
         }))
     }
 
+    /// The effects that make a part each time that they are carried out, in the order of the text.
+    #[must_use]
+    pub fn makers(effects: &[Self]) -> Vec<&Self> {
+        let makes = |effect: &&Self| matches!(effect, Self::Attach { .. } | Self::Replace { .. });
+        Self::single(effects).filter(makes).collect()
+    }
+
+    /// Whether it is repeated: the effect with this number among those that make parts.
+    #[must_use]
+    pub fn is_repeated(effects: &[Self], maker: usize) -> bool {
+        let mut before = 0;
+        for effect in effects {
+            let own = Self::makers(std::slice::from_ref(effect)).len();
+            if (before..before + own).contains(&maker) {
+                return matches!(effect, Self::Repeat { .. });
+            }
+            before += own;
+        }
+        false
+    }
+
     /// The expressions that it reads, those of what it repeats among them.
     #[must_use]
     pub fn exprs(&self) -> Vec<&Expr> {

@@ -122,31 +122,26 @@ impl Declarations<'_> {
         (self.expressions.errors.len() == found).then_some(ir::Example { clauses: out, span })
     }
 
-    /// The parts that a rule makes and names: their places among all that it makes, their names and types.
+    /// The parts that a rule makes and names: the numbers of the lines that make parts, their names and types; of what is made again and
+    /// again a list.
     fn products(&self, rule: &Name) -> Vec<(usize, Name, Ty)> {
         let declared = self.environment.program.lookup(rule.span, &rule.text);
         let Some((_, ast::Item { kind: ItemKind::Rule(_, clauses), .. })) = declared else {
             return Vec::new();
         };
-        // How many parts a repeated effect makes depends on its values: what stands below it cannot be named.
-        let made = clauses.iter().take_while(|clause| !repeats_making(clause)).filter_map(|clause| {
-            match &clause.kind {
-                ast::RuleClauseKind::Attach { what, product, .. } => Some((what, product)),
-                ast::RuleClauseKind::Replace { with, product, .. } => Some((with, product)),
-                _ => None,
-            }
-        });
-        let named = made.enumerate().filter_map(|(place, (what, product))| {
+        let mut named = Vec::new();
+        for (number, (what, product, is_repeated)) in makers(clauses, false).into_iter().enumerate() {
+            let Some(product) = product else { continue };
             let kind = match &what.kind {
                 ast::ExprKind::Call(callee, _) => callee,
                 _ => what,
             };
-            let active =
-                matches!(&kind.kind, ast::ExprKind::Name(name) if self.expressions.is_actuator(name, kind.span));
-            let ty = if active { Ty::Actuator } else { Ty::Part };
-            Some((place, product.clone()?, ty))
-        });
-        named.collect()
+            let active = matches!(&kind.kind, ast::ExprKind::Name(name) if self.expressions.is_actuator(name, kind.span));
+            let one = if active { Ty::Actuator } else { Ty::Part };
+            let ty = if is_repeated { Ty::List(Box::new(one)) } else { one };
+            named.push((number, product.clone(), ty));
+        }
+        named
     }
 
     /// A rule with a value for each of its locals, and the type of what it makes first.
@@ -310,12 +305,14 @@ impl Declarations<'_> {
     }
 }
 
-/// Whether a clause makes parts again and again.
-fn repeats_making(clause: &ast::RuleClause) -> bool {
+/// What clauses make: of each line that makes parts the kind, the name, and whether it is repeated.
+fn makers(clauses: &[ast::RuleClause], is_repeated: bool) -> Vec<(&ast::Expr, Option<&Name>, bool)> {
     use ast::RuleClauseKind as Kind;
-    let makes = |inner: &ast::RuleClause| matches!(inner.kind, Kind::Attach { .. } | Kind::Replace { .. });
-    match &clause.kind {
-        Kind::Repeat { clauses, .. } => clauses.iter().any(|inner| makes(inner) || repeats_making(inner)),
-        _ => false,
-    }
+    let made = clauses.iter().flat_map(|clause| match &clause.kind {
+        Kind::Attach { what, product, .. } => vec![(what, product.as_ref(), is_repeated)],
+        Kind::Replace { with, product, .. } => vec![(with, product.as_ref(), is_repeated)],
+        Kind::Repeat { clauses, .. } => makers(clauses, true),
+        _ => Vec::new(),
+    });
+    made.collect()
 }

@@ -296,20 +296,6 @@ impl Declarations<'_> {
         let over = self.expressions.binders(over, cx);
         let effects = self.within_block(clauses, 0, cx);
         cx.locals.truncate(depth);
-        if let [RuleClause { kind: RuleClauseKind::Attach { product: Some(name), .. }, .. }] = clauses {
-            self.report(
-                Diagnostic::new(
-                    Code::DUPLICATE,
-                    name.span,
-                    format!("`{}` would be the name of several parts", name.text),
-                )
-                .label("one name for what is attached several times")
-                .help(format!(
-                    "take `as` out, or put what needs the name into the same block: `for i in 0 .. 3 {{ attach ... as {0}  attach ... to {0}.tip }}`",
-                    name.text
-                )),
-            );
-        }
         if clauses.is_empty()
             && let Some(first) = over.first()
         {

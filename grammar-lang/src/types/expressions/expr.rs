@@ -554,6 +554,7 @@ impl Expressions<'_> {
             (_, Some(body)) => match &body.ty {
                 Ty::Count if matches!(how, Gather::Mean | Gather::Deviation | Gather::Quantile) => Ty::NUMBER,
                 ty @ (Ty::Quantity(_) | Ty::Count | Ty::Unknown) => ty.clone(),
+                ty @ Ty::Vector(_) if matches!(how, Gather::Sum | Gather::Mean) => ty.clone(),
                 other => {
                     self.wrong(
                         body.span,
