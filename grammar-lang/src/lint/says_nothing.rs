@@ -2,7 +2,7 @@
 //! compared though it is the same for every design.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Effect, Expr, ExprKind, Function, Group, Matched, Objective, Rule};
+use crate::ir::{Effect, Expr, ExprKind, Function, Group, Matched, Objective, Rule, Word};
 use crate::source::Span;
 use crate::units::Dimension;
 
@@ -40,6 +40,54 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 &format!("the rule `{}` replaces a `{kind}` by a `{kind}`", rule.name),
                 "the same kind",
                 "replace it by another kind, or set its parameters: `set p.PARAMETER = ...`",
+            );
+        }
+    }
+    for rule in &rules.rules {
+        if let Some(place) = removed_again(rule) {
+            told(
+                place,
+                &format!("the rule `{}` removes what it has attached", rule.name),
+                "the design stays as it was",
+                "take both lines out, or remove another part",
+            );
+        }
+        for over in repeated_once(&rule.effects) {
+            told(
+                over,
+                "this is done once",
+                "a range of one number",
+                "a range runs to its last number: `0 .. 5` are six. Or write the lines without `for`",
+            );
+        }
+    }
+    for actuation in rules.actuations.values() {
+        for variable in actuation.variables.iter().filter(|variable| variable.size == Some(1)) {
+            told(
+                variable.span,
+                &format!("`{}` is a list of one value", variable.name),
+                "a curve through one point is the same everywhere",
+                "write more, as in `points[4]`, or leave the brackets out",
+            );
+        }
+    }
+    for (name, sensor) in &rules.sensors {
+        let moves = |e: &Expr| matches!(e.kind, ExprKind::At(..) | ExprKind::Word(Word::Now));
+        if !sensor.value.any(&mut |e| moves(e)) {
+            told(
+                sensor.value.span,
+                &format!("the sensor `{name}` reads nothing that moves"),
+                "the same in the whole motion",
+                "read something `at now`, as in `core.rotation at now`",
+            );
+        }
+        // Half a turn to either side is all that an angle within a turn can be.
+        if sensor.ty.dimension() == Some(Dimension::ANGLE) && sensor.noise > std::f64::consts::FRAC_PI_2 {
+            told(
+                sensor.span,
+                &format!("the noise of `{name}` is larger than what it measures"),
+                "its readings scatter over more than a turn",
+                "write how far readings scatter, such as `noise 1 deg`",
             );
         }
     }
@@ -94,6 +142,47 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
         }
     }
+}
+
+/// Where a rule removes what it has attached itself.
+fn removed_again(rule: &Rule) -> Option<Span> {
+    let mut slot = rule.locals.len();
+    let mut own = Vec::new();
+    for effect in &rule.effects {
+        match effect {
+            Effect::Attach { .. } | Effect::Replace { .. } => {
+                own.extend(matches!(effect, Effect::Attach { .. }).then_some(slot));
+                slot += 1;
+            }
+            Effect::Remove(part) => {
+                if let ExprKind::Local(slot) = part.kind
+                    && own.contains(&slot)
+                {
+                    return Some(part.span);
+                }
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+/// The ranges of one number that effects are repeated for.
+fn repeated_once(effects: &[Effect]) -> Vec<Span> {
+    let mut found = Vec::new();
+    for effect in effects {
+        let Effect::Repeat { over, effects } = effect else { continue };
+        for binder in over {
+            if let ExprKind::Range(low, high) = &binder.over.kind
+                && let (ExprKind::Number(low), ExprKind::Number(high)) = (&low.kind, &high.kind)
+                && low == high
+            {
+                found.push(binder.over.span);
+            }
+        }
+        found.extend(repeated_once(effects));
+    }
+    found
 }
 
 /// A rule that matches a part of one kind and puts the same kind in its place, with no other parameters.

@@ -191,7 +191,7 @@ fn by_clause(scan: &Scan<'_>, piece: Stretch<'_>, file: FileId, found: &mut Foun
             Err(_) if found.gives_up(Span::new(file, clause.start, clause.end)) => break,
             Err(_) => {
                 // What it declares is known by its name even where the rest cannot be read.
-                found.module.broken.extend(declared_in(clause, words).map(str::to_owned));
+                found.module.broken.extend(declared_in(clause, words).into_iter().map(str::to_owned));
                 found.errors.push(clause_error(clause, entry, words, first, file));
             }
         }
@@ -235,8 +235,14 @@ fn after_close(rest: Stretch<'_>, block: &str, is_all: bool, file: FileId) -> Op
 }
 
 /// The name that a clause declares for others: `port site ...`, `add rule grow ...`.
-fn declared_in<'t>(clause: Stretch<'t>, words: &[&str]) -> Option<&'t str> {
-    let mut all = clause.tokens();
+fn declared_in<'t>(clause: Stretch<'t>, words: &[&str]) -> Vec<&'t str> {
+    // A bracket that is left open takes the lines that follow with it.
+    clause.lines().filter_map(|line| declared_by(line, words)).collect()
+}
+
+/// The same of a line.
+fn declared_by<'t>(line: Stretch<'t>, words: &[&str]) -> Option<&'t str> {
+    let mut all = line.tokens();
     let declared = match (all.next()?.text, words) {
         (first, []) if nearest(first, ["port", "param"]).is_some() => all.next(),
         ("add" | "replace", EDITS) => all.nth(1),

@@ -271,6 +271,14 @@ impl Stop<'_> {
                 format!("single values stand in braces: `{{ {first}, {rest} }}`")
             }
             "match" => format!("each thing has a `match` of its own: write `match {rest}` on the next line"),
+            _ if self.expects("`}`") => {
+                let (name, first) = self.read().lines().last()?.text().split_once('=')?;
+                let (name, first) = (name.trim(), first.trim());
+                if name.contains(char::is_whitespace) || first.is_empty() {
+                    return None;
+                }
+                format!("several values are a list: `{name} = [{first}, {rest}]`")
+            }
             _ => return None,
         };
         Some((help, None))

@@ -430,7 +430,9 @@ impl Declarations<'_> {
     /// The ports of a kind of part; none if the kind is not known.
     fn ports_of(&self, kind: &str, place: Span) -> Vec<String> {
         let built_in = |ports: &[&str]| ports.iter().map(|p| (*p).to_owned()).collect();
-        match self.environment.program.lookup(place, kind).map(|(_, item)| &item.kind) {
+        // What could not be read of a part may be the port that is meant.
+        let found = self.environment.program.lookup(place, kind).filter(|(_, item)| !item.damaged);
+        match found.map(|(_, item)| &item.kind) {
             Some(ast::ItemKind::Block(BlockKind::Actuator, _)) => built_in(ir::ACTUATOR_PORTS),
             Some(ast::ItemKind::Block(BlockKind::Part, block)) => {
                 let declared = block.fields.iter().filter_map(|f| match f {

@@ -322,7 +322,10 @@ impl<'a> Declarations<'a> {
             _ => None,
         });
         let fits = |unit: &&Name| units::parse(&unit.text).is_ok_and(|unit| unit.dimension == dimension);
-        units.filter(fits).map(|unit| unit.text.clone()).next().unwrap_or_else(|| units::suggest(dimension))
+        let named = units.filter(fits).map(|unit| unit.text.clone()).next();
+        // The searches of the library are made for it.
+        let usual = (dimension == Dimension::LENGTH).then(|| "cm".to_owned());
+        named.or(usual).unwrap_or_else(|| units::suggest(dimension))
     }
 
     fn says_what_drives(&self, kind: &str) -> bool {

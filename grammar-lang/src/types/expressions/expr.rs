@@ -335,8 +335,32 @@ impl Expressions<'_> {
         let symbol = format!("`{}`", operator.symbol());
         match operator {
             O::And | O::Or => {
+                let compared = match &a.kind {
+                    ast::ExprKind::Binary(left, O::Equal | O::NotEqual | O::Is | O::IsNot, _) => {
+                        Some(left.span)
+                    }
+                    _ => None,
+                };
+                let sign = self.environment.sources.slice(a.span).to_owned();
                 let a = self.expect(a, cx, &Ty::Bool, &format!("the left side of {symbol}"));
+                let known = self.errors.len();
+                let right = b.span;
                 let b = self.expect(b, cx, &Ty::Bool, &format!("the right side of {symbol}"));
+                // `x == 1 or 2`
+                if let Some(left) = compared {
+                    let (left, right) =
+                        (self.environment.sources.slice(left), self.environment.sources.slice(right));
+                    let rest = sign.get(left.len()..).unwrap_or("").trim_start();
+                    let compares =
+                        ["==", "!=", "is not", "is"].into_iter().find(|sign| rest.starts_with(sign));
+                    let help = compares.map(|compares| format!("compare each: `{left} {compares} {right}`"));
+                    for mut error in self.errors.split_off(known) {
+                        if error.code == Code::WRONG_TYPE && error.span() == b.span && help.is_some() {
+                            error.help.clone_from(&help);
+                        }
+                        self.errors.add(error);
+                    }
+                }
                 return make(a, b, Ty::Bool);
             }
             O::Adds => {

@@ -288,9 +288,13 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
     } else if have.is_number() && !literal {
         let unit = units::suggest(want);
         let turn = if unit == "deg" { "; a full turn is `360 deg`, not `2 * pi`" } else { "" };
-        format!(
-            "give one of its numbers a unit of {want}, such as {unit}, or multiply it by `1 {unit}`{turn}"
-        )
+        if unit == "deg" && expr.any(&mut |e| matches!(e.kind, ExprKind::Word(Word::Pi))) {
+            "angles have units: write `360 deg` instead of `2 * pi`, or multiply by `1 rad`".to_owned()
+        } else {
+            format!(
+                "give one of its numbers a unit of {want}, such as {unit}, or multiply it by `1 {unit}`{turn}"
+            )
+        }
     } else if weighs(have, want) {
         "a data sheet means the weight of a kilogram: 1 kg*cm is `0.0981 N*m/rad`, and the force of 1 kg is `9.81 N`".to_owned()
     } else if !want.is_number() && !per_angle && !literal {
