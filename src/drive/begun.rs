@@ -41,6 +41,13 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
         let candidate = Candidate::new(rules, Arc::new(derivation));
         for task in rules.tasks.values() {
             let Ok(drive) = Drive::new(&candidate, task) else { continue };
+            if let Some(too_large) = drive.too_large_policy() {
+                found.extend(
+                    Some(large_policy(too_large))
+                        .filter(|one| found.iter().all(|known| known.span() != one.span())),
+                );
+                continue;
+            }
             let one = match drive.never_has_a_value() {
                 Some(error) => Some(no_value(error, example)),
                 None if !matches!(rules.symmetry, Symmetry::Mirror(_)) => None,
@@ -50,6 +57,16 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
         }
     }
     found
+}
+
+fn large_policy((name, span, weights, most): (&str, Span, usize, usize)) -> Diagnostic {
+    Diagnostic::new(
+        Code::OUT_OF_DOMAIN,
+        span,
+        format!("the policy `{name}` has too many weights for its search"),
+    )
+    .label(format!("{weights} for this body; at most {most} can be tuned"))
+    .help("make `hidden` smaller or its inputs fewer; `annealing` tunes more weights than `cma_es`")
 }
 
 fn no_value(EvalError { span, reason }: EvalError, example: Where<'_>) -> Diagnostic {

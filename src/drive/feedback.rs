@@ -105,8 +105,7 @@ fn fitted<'r>(drive: &Drive<'r>) -> Vec<Fitted<'r>> {
     let rules = drive.candidate.rules;
     let mut read: BTreeSet<String> = BTreeSet::new();
     for (_, actuation) in &drive.actuations {
-        let known = actuation.actions.iter().filter_map(|action| rules.policies.get(&action.policy));
-        for value in actuation.values().chain(known.flat_map(|policy| &policy.inputs)) {
+        for value in actuation.values_with(&rules.policies) {
             value.any(&mut |e| {
                 if let ExprKind::Sensor(name, _) = &e.kind {
                     read.insert(name.clone());

@@ -29,7 +29,7 @@ pub use bends::Bends;
 pub use conditions::Conditions;
 pub use cycle::{Asked, Cycle};
 pub use feedback::ControlLaw;
-use policies::Mind;
+use policies::PolicyNetwork;
 use scope::DriveScope;
 
 /// Values of all varied quantities of a body, in SI units; a Bool is 0 or 1.
@@ -46,7 +46,7 @@ enum Holder {
     Actuator(PartId),
     /// All actuators of a group, by the number that they share.
     Group(f64),
-    /// A policy, by its index in [`Drive::minds`]: its weights.
+    /// A policy, by its index in [`Drive::policies`]: its weights.
     Policy(usize),
 }
 
@@ -83,7 +83,7 @@ pub struct Drive<'r> {
     actuations: Vec<(&'r str, &'r Actuation)>,
     fields: Vec<Field>,
     /// The policies that decide for actuators of the body.
-    minds: Vec<Mind<'r>>,
+    policies: Vec<PolicyNetwork<'r>>,
     length: usize,
 }
 
@@ -100,7 +100,7 @@ impl<'r> Drive<'r> {
             actuators: Vec::new(),
             actuations: Vec::new(),
             fields: Vec::new(),
-            minds: Vec::new(),
+            policies: Vec::new(),
             length: 0,
         };
         for id in &candidate.body.actuators {
@@ -179,7 +179,7 @@ impl<'r> Drive<'r> {
 
     fn variable(&self, field: &Field) -> Option<&Variable> {
         if let Holder::Policy(number) = field.holder {
-            return self.minds.get(number).map(|mind| &mind.weights);
+            return self.policies.get(number).map(|policy| &policy.weights);
         }
         self.actuations.get(field.actuation)?.1.variables.get(field.variable)
     }

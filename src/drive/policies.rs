@@ -2,8 +2,10 @@
 
 use grammar_lang::eval::{EvalError, Value, evaluate};
 use grammar_lang::ir::{
-    Action, Actuation, Bound, Decided, Expr, ExprKind, Kernel, Mutation, Owner, Policy, Ty, Variable,
+    Action, ActionSpace, Actuation, Bound, CurveMethod, Expr, ExprKind, Kernel, Mutation, Owner, Policy, Ty,
+    Variable,
 };
+use grammar_lang::source::Span;
 
 use super::network::Network;
 use super::scope::DriveScope;
@@ -12,25 +14,30 @@ use super::{Drive, Field, Holder};
 /// Weights lie within these ends. They are drawn with a deviation of 1.
 pub(super) const WEIGHTS: (f64, f64) = (-8.0, 8.0);
 
+/// The most weights of a policy: a checkpoint and a saved design hold them all.
+const MOST_WEIGHTS: usize = 20_000;
+/// The same where `cma_es` tunes them: its covariance has a number for each pair, and each generation takes its Cholesky factor.
+const MOST_BY_CMA_ES: usize = 1500;
+
 /// A policy with the network that it needs for a body.
 #[derive(Clone, Debug)]
-pub(super) struct Mind<'r> {
+pub(super) struct PolicyNetwork<'r> {
     name: &'r str,
-    policy: &'r Policy,
+    declared: &'r Policy,
     network: Network,
     /// Its weights, as what the search varies.
     pub(super) weights: Variable,
 }
 
-impl Mind<'_> {
+impl PolicyNetwork<'_> {
     /// Whether the weights of one are weights of the other.
-    pub(super) fn is_alike(&self, other: &Mind<'_>) -> bool {
+    pub(super) fn is_alike(&self, other: &PolicyNetwork<'_>) -> bool {
         self.name == other.name && self.network == other.network
     }
 
     /// How many control intervals lie between two decisions.
     fn pace(&self, interval: f64) -> usize {
-        let every = self.policy.every.unwrap_or(interval);
+        let every = self.declared.every.unwrap_or(interval);
         (libm::ceil(every / interval - 1e-9) as usize).max(1)
     }
 }
@@ -44,7 +51,7 @@ impl<'r> Drive<'r> {
             for driven in &self.actuators {
                 for (_, action) in self.actions_of(driven.actuation, name) {
                     inputs += action.inputs.len();
-                    outputs += action.choice.outputs();
+                    outputs += action.space.outputs();
                 }
             }
             if outputs == 0 {
@@ -67,11 +74,22 @@ impl<'r> Drive<'r> {
                 },
                 span: policy.span,
             };
-            let holder = Holder::Policy(self.minds.len());
-            self.minds.push(Mind { name, policy, network, weights });
+            let holder = Holder::Policy(self.policies.len());
+            self.policies.push(PolicyNetwork { name, declared: policy, network, weights });
             self.fields.push(Field { actuation: 0, variable: 0, holder, start: self.length });
             self.length += size;
         }
+    }
+
+    /// The first policy that needs more weights for this body than a search can tune: its name, how many it needs, and how many may be.
+    #[must_use]
+    pub(super) fn too_large_policy(&self) -> Option<(&'r str, Span, usize, usize)> {
+        let curves = self.candidate.rules.search.curves.as_ref();
+        let is_cma_es = curves.is_some_and(|curves| matches!(curves.method, CurveMethod::CmaEs(_)));
+        let most = if is_cma_es { MOST_BY_CMA_ES } else { MOST_WEIGHTS };
+        let weights = |policy: &PolicyNetwork<'r>| policy.network.weights();
+        let large = self.policies.iter().find(|policy| weights(policy) > most)?;
+        Some((large.name, large.declared.span, weights(large), most))
     }
 
     /// The actions of an actuation that a policy decides, with their places among all of it.
@@ -100,29 +118,29 @@ impl<'r> Drive<'r> {
     ) -> Result<(), EvalError> {
         for field in &self.fields {
             let Holder::Policy(number) = field.holder else { continue };
-            let Some(mind) = self.minds.get(number) else { continue };
-            if !moment.is_multiple_of(mind.pace(self.task.model.control)) {
+            let Some(policy) = self.policies.get(number) else { continue };
+            if !moment.is_multiple_of(policy.pace(self.task.model.control)) {
                 continue;
             }
-            let mut inputs = Vec::with_capacity(mind.network.inputs());
-            for input in &mind.policy.inputs {
+            let mut inputs = Vec::with_capacity(policy.network.inputs());
+            for input in &policy.declared.inputs {
                 inputs.push(number_of(input, scope, &mut Vec::new())?);
             }
             for (driven, own) in self.actuators.iter().zip(&mut *locals) {
                 let Some(own) = own else { continue };
-                for (_, action) in self.actions_of(driven.actuation, mind.name) {
+                for (_, action) in self.actions_of(driven.actuation, policy.name) {
                     for input in &action.inputs {
                         inputs.push(number_of(input, scope, own)?);
                     }
                 }
             }
-            let weights = parameters.get(field.start..field.start + mind.network.weights());
-            let outputs = mind.network.answer(weights.unwrap_or_default(), &inputs);
+            let weights = parameters.get(field.start..field.start + policy.network.weights());
+            let outputs = policy.network.answer(weights.unwrap_or_default(), &inputs);
             let mut outputs = outputs.as_slice();
             for (driven, own) in self.actuators.iter().zip(&mut *locals) {
                 let Some((_, actuation)) = self.actuations.get(driven.actuation) else { continue };
-                for (place, action) in self.actions_of(driven.actuation, mind.name) {
-                    let (these, rest) = outputs.split_at_checked(action.choice.outputs()).unwrap_or_default();
+                for (place, action) in self.actions_of(driven.actuation, policy.name) {
+                    let (these, rest) = outputs.split_at_checked(action.space.outputs()).unwrap_or_default();
                     outputs = rest;
                     let slot = own.as_mut().and_then(|own| own.get_mut(actuation.first_action() + place));
                     slot.into_iter().for_each(|slot| *slot = taken(action, these));
@@ -135,17 +153,17 @@ impl<'r> Drive<'r> {
 
 /// The actions of an actuation before anything is decided: the middle of a range, the first of several values.
 pub(super) fn undecided(actuation: &Actuation) -> impl Iterator<Item = Value> + '_ {
-    actuation.actions.iter().map(|action| taken(action, &vec![0.0; action.choice.outputs()]))
+    actuation.actions.iter().map(|action| taken(action, &vec![0.0; action.space.outputs()]))
 }
 
 /// What a policy takes by its outputs: a share of a range, or the value with the greatest output.
 fn taken(action: &Action, outputs: &[f64]) -> Value {
-    let value = match &action.choice {
-        Decided::Within(low, high) => {
+    let value = match &action.space {
+        ActionSpace::Continuous(low, high) => {
             let output = outputs.first().copied().unwrap_or(0.0);
             low + (high - low) * (0.5 + 0.5 * libm::tanh(output))
         }
-        Decided::OneOf(values) => {
+        ActionSpace::Discrete(values) => {
             let mut best = 0;
             for (place, output) in outputs.iter().enumerate() {
                 if outputs.get(best).is_some_and(|most| output > most) {

@@ -62,10 +62,10 @@ impl Drive<'_> {
             let same = from.fields.iter().find(|other| match field.holder {
                 Holder::Policy(number) => {
                     let of = match other.holder {
-                        Holder::Policy(number) => from.minds.get(number),
+                        Holder::Policy(number) => from.policies.get(number),
                         _ => None,
                     };
-                    self.minds.get(number).zip(of).is_some_and(|(own, other)| own.is_alike(other))
+                    self.policies.get(number).zip(of).is_some_and(|(own, other)| own.is_alike(other))
                 }
                 Holder::Everyone => {
                     other.holder == field.holder

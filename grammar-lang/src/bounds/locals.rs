@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Abstract, Facts, Interval, Kinds, Reasoning, Truth};
-use crate::ir::{Actuation, Binder, Decided, Effect, Expr, ExprKind, Group, Matched, Operator, Rule, Ty};
+use crate::ir::{ActionSpace, Actuation, Binder, Effect, Expr, ExprKind, Group, Matched, Operator, Rule, Ty};
 
 /// What is known of everything that a rule matches and chooses, by slot.
 #[must_use]
@@ -67,10 +67,10 @@ pub fn actuation_locals(facts: &Facts<'_>, actuation: &Actuation) -> Vec<Abstrac
         });
     }
     for action in &actuation.actions {
-        reasoning.locals.push(match (&action.ty, &action.choice) {
+        reasoning.locals.push(match (&action.ty, &action.space) {
             (Ty::Bool, _) => Abstract::Bool(Truth::Sometimes),
-            (_, Decided::Within(low, high)) => Abstract::Number(Interval::new(*low, *high)),
-            (_, Decided::OneOf(values)) => {
+            (_, ActionSpace::Continuous(low, high)) => Abstract::Number(Interval::new(*low, *high)),
+            (_, ActionSpace::Discrete(values)) => {
                 let low = values.iter().copied().fold(f64::INFINITY, f64::min);
                 Abstract::Number(Interval::new(low, values.iter().copied().fold(low, f64::max)))
             }

@@ -1,9 +1,10 @@
 //! How actuators are driven: curves with quantities that a search varies.
 
+use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer, range};
-use super::{Action, DRIVEN, Expr, ExprKind, Ty};
+use super::{Action, DRIVEN, Expr, ExprKind, Policy, Ty};
 use crate::source::Span;
 
 /// A parameterised curve for actuators.
@@ -120,6 +121,15 @@ impl Actuation {
         let values = self.lets.iter().chain(&self.moving).map(|(_, value)| value);
         let known = self.actions.iter().flat_map(|action| &action.inputs);
         values.chain(self.states.iter().map(|state| &state.next)).chain(known).chain([&self.drive])
+    }
+
+    /// The same, with what the policies know of the whole robot that decide its actions.
+    pub fn values_with<'v>(
+        &'v self,
+        policies: &'v IndexMap<String, Policy>,
+    ) -> impl Iterator<Item = &'v Expr> {
+        let deciding = self.actions.iter().filter_map(|action| policies.get(&action.policy));
+        self.values().chain(deciding.flat_map(|policy| &policy.inputs))
     }
 
     /// Whether it reacts to what is measured, remembers something, or leaves something to a policy: what it asks for is not known ahead.

@@ -35,7 +35,7 @@ pub struct Action {
     /// Its type.
     pub ty: Ty,
     /// The values to decide between.
-    pub choice: Decided,
+    pub space: ActionSpace,
     /// The policy.
     pub policy: String,
     /// What it knows of the actuator. May read the actuator, the variables, the states and the last actions.
@@ -45,20 +45,20 @@ pub struct Action {
 /// The values between which a policy decides, in SI units; of a Bool 0 and 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Decided {
+pub enum ActionSpace {
     /// Any value from the least to the greatest.
-    Within(f64, f64),
+    Continuous(f64, f64),
     /// One of several.
-    OneOf(Vec<f64>),
+    Discrete(Vec<f64>),
 }
 
-impl Decided {
+impl ActionSpace {
     /// How many outputs of the network it takes.
     #[must_use]
     pub fn outputs(&self) -> usize {
         match self {
-            Self::Within(..) => 1,
-            Self::OneOf(values) => values.len(),
+            Self::Continuous(..) => 1,
+            Self::Discrete(values) => values.len(),
         }
     }
 }
@@ -82,9 +82,9 @@ impl Writer<'_> {
     }
 
     pub(super) fn action(&mut self, action: &Action, names: &Names) {
-        let domain = match &action.choice {
-            Decided::Within(low, high) => range((*low, *high), &action.ty),
-            Decided::OneOf(values) => {
+        let domain = match &action.space {
+            ActionSpace::Continuous(low, high) => range((*low, *high), &action.ty),
+            ActionSpace::Discrete(values) => {
                 let values: Vec<_> = values.iter().map(|value| quantity(*value, &action.ty)).collect();
                 format!("{{ {} }}", values.join(", "))
             }

@@ -9,6 +9,7 @@ mod explain;
 mod forms;
 mod levels;
 mod lower;
+mod operators;
 mod parse;
 mod parser;
 mod recover;

@@ -150,6 +150,9 @@ impl Declarations<'_> {
             }
         }
         let states = self.state_changes(clauses, states, &mut cx);
+        if drive.as_ref().is_some_and(|drive| drive.ty == Ty::Valves) {
+            self.no_memory_of_valves(clauses);
+        }
         if drive.is_none() && !damaged {
             self.report(
                 Diagnostic::new(
@@ -177,6 +180,27 @@ impl Declarations<'_> {
             drive: drive?,
             span,
         })
+    }
+
+    /// Valves repeat a cycle that is known before the motion: nothing is remembered or decided meanwhile.
+    fn no_memory_of_valves(&mut self, clauses: &[ActuationClause]) {
+        let kept = clauses.iter().find_map(|clause| match clause {
+            ActuationClause::State(state) => Some(("state", &state.name)),
+            ActuationClause::Action(action) => Some(("action", &action.name)),
+            _ => None,
+        });
+        let Some((word, name)) = kept else { return };
+        self.report(
+            Diagnostic::new(
+                Code::WRONG_STAGE,
+                name.span,
+                format!("an actuation with the {word} `{}` cannot drive valves", name.text),
+            )
+            .label("changes in the motion")
+            .help(
+                "valves repeat a cycle that is known before: use `vary` and `shared` to say when they open",
+            ),
+        );
     }
 
     /// Where the states of an actuation begin; each has a slot from here on.

@@ -7,7 +7,7 @@ use super::fields::{Fields, Values};
 use super::tasks::Tasks;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Value;
-use crate::ir::{self, Decided, Expr, ExprKind, Ty};
+use crate::ir::{self, ActionSpace, Expr, ExprKind, Ty};
 use crate::syntax::ast::{self, ActuationClause, Block, ItemKind};
 use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::context::Context;
@@ -183,23 +183,23 @@ impl Declarations<'_> {
         let mut kinds = Vec::new();
         for action in actions.clone() {
             let ty = self.expressions.type_named(&action.ty);
-            let choice = self.decided(action, &ty, cx);
+            let space = self.action_space(action, &ty, cx);
             let is_policy = |kind: &ItemKind| matches!(kind, ItemKind::Block(BlockKind::Policy, _));
             let policy = self.named(&action.policy, "policy", is_policy).is_some();
             self.expressions.bind(&action.name, ty.clone(), cx);
-            kinds.push((ty, choice.filter(|_| policy)));
+            kinds.push((ty, space.filter(|_| policy)));
         }
         // What it decided last is known of each.
         let mut all = Some(Vec::new());
-        for (action, (ty, choice)) in actions.zip(kinds) {
+        for (action, (ty, space)) in actions.zip(kinds) {
             let inputs = match &action.inputs {
                 Some(inputs) => self.inputs(inputs, cx),
                 None => Some(Vec::new()),
             };
-            let one = choice.zip(inputs).map(|(choice, inputs)| ir::Action {
+            let one = space.zip(inputs).map(|(space, inputs)| ir::Action {
                 name: action.name.text.clone(),
                 ty,
-                choice,
+                space,
                 policy: action.policy.text.clone(),
                 inputs,
             });
@@ -212,7 +212,7 @@ impl Declarations<'_> {
     }
 
     /// The values between which a policy decides.
-    fn decided(&mut self, action: &ast::Action, ty: &Ty, cx: &Context) -> Option<Decided> {
+    fn action_space(&mut self, action: &ast::Action, ty: &Ty, cx: &Context) -> Option<ActionSpace> {
         if !matches!(ty, Ty::Quantity(_) | Ty::Count | Ty::Bool | Ty::Unknown) {
             self.report(
                 Diagnostic::new(
@@ -245,7 +245,7 @@ impl Declarations<'_> {
         let values: Vec<f64> = match &domain.kind {
             ExprKind::Range(..) if *ty != Ty::Count => {
                 let (low, high) = self.expressions.constant_range(&domain)?;
-                return Some(Decided::Within(low, high));
+                return Some(ActionSpace::Continuous(low, high));
             }
             _ => {
                 let Value::Domain(items) = self.expressions.constant(&domain)? else { return None };
@@ -257,7 +257,7 @@ impl Declarations<'_> {
             }
         };
         if (2..=LONGEST).contains(&values.len()) {
-            return Some(Decided::OneOf(values));
+            return Some(ActionSpace::Discrete(values));
         }
         self.report(
             Diagnostic::new(

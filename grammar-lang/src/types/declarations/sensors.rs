@@ -135,10 +135,11 @@ impl Declarations<'_> {
         &mut self,
         (name, target): (&str, &ir::Target),
         (with, actuation): (&str, &ir::Actuation),
+        policies: &IndexMap<String, ir::Policy>,
         place: Span,
     ) {
         let mut missing: Option<(String, Span)> = None;
-        for value in actuation.values() {
+        for value in actuation.values_with(policies) {
             value.any(&mut |e| {
                 if let ir::ExprKind::Sensor(sensor, _) = &e.kind
                     && !target.sensors.contains(sensor)
@@ -181,7 +182,7 @@ impl Declarations<'_> {
                     Diagnostic::new(
                         Code::MODEL_MISFIT,
                         *place,
-                        format!("`{with}` reads sensors or has a `state`, and a model of balls knows neither"),
+                        format!("`{with}` reads sensors, or has a `state` or an `action`, and a model of balls knows none of them"),
                     )
                     .label("reacts")
                     .help("simulate it with a model of hinges, such as `hinge_model` of `std.models`, or drive by `t` alone"),

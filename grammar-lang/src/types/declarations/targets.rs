@@ -541,7 +541,7 @@ impl Declarations<'_> {
         tasks: &Tasks,
         targets: &IndexMap<String, ir::Target>,
         actuators: &IndexMap<String, ir::Actuator>,
-        actuations: &IndexMap<String, ir::Actuation>,
+        (actuations, policies): (&IndexMap<String, ir::Actuation>, &IndexMap<String, ir::Policy>),
     ) {
         for target in targets.values() {
             self.check_moves(target, actuators);
@@ -605,7 +605,7 @@ impl Declarations<'_> {
                 }
                 let mut on = task.on.iter().filter_map(|name| Some((name, targets.get(name)?)));
                 let Some((name, target)) = on.find(|(_, target)| target.kind == *kind) else { continue };
-                self.check_measured((name, target), (with, actuation), *place);
+                self.check_measured((name, target), (with, actuation), policies, *place);
                 let air = matches!(target.backend, Backend::Pneumatic(_));
                 if air != valves {
                     let (drives, wants, example) = if air {
