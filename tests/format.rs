@@ -122,6 +122,13 @@ fn permissions_and_links_stay() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "let a = 3\n");
     assert_eq!(mode(&path), 0o640);
     assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+
+    // A new file in the place of one of two names would leave the other with the old text.
+    std::fs::write(&path, "let a=3").unwrap();
+    std::fs::hard_link(&path, folder.path().join("twin.sgr")).unwrap();
+    let (code, _, err) = said(&fmt(&["a.sgr"], folder.path()));
+    assert!(code == Some(2) && err.contains("other names"), "{err}");
+    assert_eq!(std::fs::read_to_string(folder.path().join("twin.sgr")).unwrap(), "let a=3");
 }
 
 #[test]

@@ -20,6 +20,9 @@ const MOST: usize = 2000;
 /// A curve that turns back by more than this share of its way is none of one motion.
 const STRAY: f64 = 0.15;
 
+/// Pictures of a film that lie further apart, s, are times in another unit, or of two films.
+const FURTHEST: f64 = 100.0;
+
 /// Runs of which one is this many times as fast as another are told.
 const DIFFERENT: f64 = 1.15;
 
@@ -258,6 +261,21 @@ fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
     for curve in curves {
         let place = section.place(curve.row);
         let (points, many) = (&curve.points, curve.points.len());
+        let between = points.windows(2).filter_map(|two| Some(two.last()?.0 - two.first()?.0));
+        let longest = between.fold(0.0, f64::max);
+        if longest > FURTHEST {
+            let gap = Figure::of(longest, None, "s");
+            problems.push(Problem::unreadable(
+                place,
+                format!(
+                    "{} of `{}` has {gap} between two of its points, and {FURTHEST} s is the most: give its times in s or ms, and each \
+                     film a `run` of its own",
+                    called(curve),
+                    section.name
+                ),
+            ));
+            continue;
+        }
         let distinct = points.windows(2).filter(|w| matches!(w, [a, b] if b.0 > a.0)).count() + 1;
         if many < FEWEST || distinct < FEWEST {
             problems.push(Problem::unreadable(

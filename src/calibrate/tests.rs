@@ -266,6 +266,12 @@ fn bad_subjects(tell: Tell<'_>) {
         "",
     );
     tell(
+        "pictures years apart",
+        toml,
+        "[a]\nkind = \"inflate\"\nfor = \"bender\"\n\"time [s]\" = [0, 1e8, 2e8, 3e8, 4e8, 5e8]\n\"angle [deg]\" = [0, 20, 40, 60, 80, 90]\n",
+        "",
+    );
+    tell(
         "odd prototypes",
         toml,
         "[a]\nkind = \"prototype\"\nname = [\"ours\", \"ours\", \"2nd\", \"E\"]\nbuild = [\"tendon\", \"tendons\", \"legs\", \"tendon\"]\n\"simulated [m/h]\" = [10, 0, 1, 1]\n\"measured [m/h]\" = 1\n",

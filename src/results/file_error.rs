@@ -92,6 +92,11 @@ pub enum Unwritable {
         "it stands for a file that is open already; write `-` for standard input, and say with `>` where the result goes"
     )]
     Open,
+    /// It has several names: a new file in its place would be the content of one of them only.
+    #[error(
+        "it has other names, too (hard links), which would keep the old text: write `-` for standard input, and say with `>` where the result goes"
+    )]
+    Linked,
     /// It is a device, a pipe or a folder.
     #[error("it is not a regular file")]
     NotRegular,

@@ -124,7 +124,12 @@ pub fn rewrite(path: &Path, text: &str) -> Result<(), FileError> {
     if is_open_already(path) {
         return Err(FileError::write(path)(Unwritable::Open));
     }
-    let permissions = fs::metadata(path).map_err(FileError::write(path))?.permissions();
+    let metadata = fs::metadata(path).map_err(FileError::write(path))?;
+    #[cfg(unix)]
+    if std::os::unix::fs::MetadataExt::nlink(&metadata) > 1 {
+        return Err(FileError::write(path)(Unwritable::Linked));
+    }
+    let permissions = metadata.permissions();
     // A rename would replace even a file that may not be written.
     if permissions.readonly() {
         return Err(FileError::write(path)(Unwritable::ReadOnly));

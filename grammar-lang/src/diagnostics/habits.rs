@@ -424,7 +424,9 @@ fn form(text: &str, place: usize) -> Option<String> {
             _ => {}
         }
     }
-    if first == "port" && after.starts_with(',') && before.contains("at (") {
+    let places =
+        before.rsplit("port ").next().is_some_and(|port| port.contains(" at (") && !port.contains('\n'));
+    if line.contains("port ") && places && after.starts_with(',') {
         return Some("a place is a vector: write `at vector(0 cm, 1 cm, 0 cm)`".to_owned());
     }
     let is_simulate = first == "simulate" || line.starts_with("replace simulate");

@@ -296,9 +296,19 @@ fn clause_error(clause: Stretch<'_>, entry: Rule, words: &[&str], block: &str, f
     // A clause that could end stopped at a line of its own: that line is what cannot be read.
     let stop = clause.part(error.span().start as usize, clause.end);
     let word = stop.first_word();
-    let ended = error.message.contains("the end of the clause") && stop.before_on_line().trim().is_empty();
-    if ended && stop.start > clause.start && !words.is_empty() && !word.is_empty() && !words.contains(&word) {
+    if stop.start <= clause.start || !error.message.contains("the end of the clause") {
+        return error;
+    }
+    let is_on_own_line = stop.before_on_line().trim().is_empty();
+    if is_on_own_line && !words.is_empty() && !word.is_empty() && !words.contains(&word) {
         return no_clause(word, stop.start, words, block, file);
+    }
+    // Several clauses stand on this line, and it is a later one that cannot be read.
+    let is_field =
+        || matches!(word, "param" | "port" | "allow") || stop.tokens().nth(1).is_some_and(|t| t.text == "=");
+    let begins = if words.is_empty() { is_field() } else { words.contains(&word) };
+    if begins && SgrParser::parse(entry, stop.text()).is_err() {
+        return clause_error(stop, entry, words, block, file);
     }
     error
 }

@@ -266,6 +266,8 @@ impl Stop<'_> {
         let help = match self.clause() {
             "choose" => {
                 let first = self.before().rsplit_once(" in ").map_or("", |(_, values)| values).trim();
+                // Another clause may follow on the same line, further apart.
+                let rest = rest.split("  ").next().unwrap_or(rest);
                 let rest = if first.starts_with('(') { rest.trim_end_matches(')') } else { rest };
                 let first = first.trim_start_matches('(');
                 format!("single values stand in braces: `{{ {first}, {rest} }}`")
