@@ -8,6 +8,7 @@ pub mod design;
 pub mod document;
 pub mod drive;
 pub mod hardware;
+pub mod learn;
 pub mod loader;
 mod markup;
 pub mod reading;

@@ -5,7 +5,7 @@ use crate::results::run_files;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use grammar_lang::ir::{RuleSet, Ty};
+use grammar_lang::ir::{Action, ActionSpace, Actuation, Policy, RuleSet, Ty};
 use grammar_lang::source::SourceMap;
 use grammar_lang::units;
 
@@ -115,22 +115,48 @@ pub(super) fn open_by(
 /// A variable that is another quantity in a grammar than where a design was made: its saved number would mean something else.
 pub(super) fn other_quantity(design: &SavedDesign, rules: &RuleSet) -> Option<String> {
     let theirs = design.grammar.compile(&design.sgc).ok()?;
-    let variables = |rules: &RuleSet, task: &str| -> BTreeMap<String, Ty> {
+    let actuations = |rules: &RuleSet, task: &str| -> Vec<Actuation> {
         let actuated = rules.tasks.get(task).into_iter().flat_map(|task| task.actuated.values());
-        let actuations = actuated.filter_map(|name| rules.actuations.get(name));
-        actuations.flat_map(|one| one.variables.iter().map(|v| (v.name.clone(), v.ty.clone()))).collect()
+        actuated.filter_map(|name| rules.actuations.get(name).cloned()).collect()
+    };
+    let quantities = |rules: &RuleSet, task: &str| -> BTreeMap<String, String> {
+        let mut all = BTreeMap::new();
+        for one in actuations(rules, task) {
+            all.extend(one.variables.iter().map(|v| (v.name.clone(), format!("of type {}", v.ty))));
+            for action in &one.actions {
+                let Some(policy) = rules.policies.get(&action.policy) else { continue };
+                let own = all.entry(action.policy.clone()).or_insert_with(|| network(policy));
+                own.push_str(&decided(action));
+            }
+        }
+        all
     };
     rules.tasks.keys().find_map(|task| {
-        let (now, before) = (variables(rules, task), variables(&theirs, task));
-        let differs = |(name, ty): (&String, &Ty)| {
-            let before = before.get(name).filter(|before| *before != ty)?;
-            Some(format!(
-                "`{name}` is of type {before} where it was made, and of type {ty} in `{}`",
-                rules.name
-            ))
+        let (now, before) = (quantities(rules, task), quantities(&theirs, task));
+        let differs = |(name, is): (&String, &String)| {
+            let was = before.get(name).filter(|was| *was != is)?;
+            Some(format!("`{name}` is {was} where it was made, and {is} in `{}`", rules.name))
         };
         now.iter().find_map(differs)
     })
+}
+
+/// The network of a policy in words, as far as its weights depend on it.
+fn network(policy: &Policy) -> String {
+    let hidden: Vec<String> = policy.hidden.iter().map(ToString::to_string).collect();
+    let inputs = policy.inputs.len();
+    format!("a network of {inputs} inputs and hidden layers [{}] that decides", hidden.join(", "))
+}
+
+/// What a policy decides by an action, in words that follow those of its network.
+fn decided(action: &Action) -> String {
+    let Action { name, ty, space, inputs, .. } = action;
+    let among = match space {
+        ActionSpace::Continuous(..) => String::new(),
+        ActionSpace::Discrete(values) => format!(" among {} values", values.len()),
+    };
+    let known = inputs.len();
+    format!(" `{name}` : {ty}{among} from {known} more")
 }
 
 /// Refuses a design whose values of enumerations mean others in a grammar: they are saved by their place.

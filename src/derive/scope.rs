@@ -231,6 +231,7 @@ impl Scope for DesignScope<'_> {
             | Word::Motion(_)
             | Word::Time
             | Word::Now
+            | Word::Before
             | Word::ControlInterval
             | Word::Cycle => None,
             // These mean the same everywhere.

@@ -18,6 +18,12 @@ impl Conditions {
     /// What the grammar says.
     pub const NOMINAL: Self = Self { speed: 1.0, pressure: 1.0, late: Vec::new(), world: String::new() };
 
+    /// The same in the nominal world.
+    #[must_use]
+    pub fn nominal() -> Self {
+        Self { world: "nominal".to_owned(), ..Self::NOMINAL }
+    }
+
     /// How late an actuator is, s.
     pub(super) fn late(&self, actuator: usize) -> f64 {
         self.late.get(actuator).copied().unwrap_or(0.0)

@@ -10,11 +10,12 @@ use grammar_lang::ir::{Attribute, ElementAttribute, ExprKind, Group, MotionWord,
 
 use super::conditions::Conditions;
 use super::hardware::Limit;
+use super::policies::Answer;
 use super::{Drive, Parameters};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, DesignScope};
 use crate::design::PartId;
-use crate::simulate::{AtRest, Case, ControlLoop, Controller, Invalid, Measured, Targets, World};
+use crate::simulate::{Case, ControlLoop, Controller, Invalid, Measured, Snapshot, Targets, World};
 
 /// What drives a body: targets as far as they are known ahead, and what commands the other actuators.
 #[derive(Clone, Debug)]
@@ -51,9 +52,11 @@ impl<'r> ControlLaw<'r> {
     /// Why what reacts has no value while the body is at rest, in so many control moments, if it has none.
     pub(super) fn fails_at_rest(&self, moments: usize) -> Option<EvalError> {
         let feedback = self.feedback.as_ref()?;
-        let rest = AtRest::of(&feedback.drive.candidate.body.assembly);
+        let rest = Snapshot::at_rest(&feedback.drive.candidate.body.assembly);
+        let rest = rest.measured();
         let mut running = feedback.run();
-        (0..moments).find_map(|_| running.moment(&rest.measured()).err())
+        let gained = || feedback.drive.reward(&rest, &rest).err();
+        (0..moments).find_map(|_| running.moment(&rest).err()).or_else(gained)
     }
 
     /// Whether an actuation reacts, so that what actuators are asked for is not known before the motion is.
@@ -74,8 +77,8 @@ struct Fitted<'r> {
 
 /// The feedback controller of a body: what its actuations make of what its sensors read.
 #[derive(Clone, Debug)]
-struct Reaction<'r> {
-    drive: Drive<'r>,
+pub(super) struct Reaction<'r> {
+    pub(super) drive: Drive<'r>,
     conditions: Conditions,
     sensors: Vec<Fitted<'r>>,
     /// By actuator: its locals with the states as they begin, where its actuation reacts.
@@ -85,7 +88,11 @@ struct Reaction<'r> {
 }
 
 impl<'r> Reaction<'r> {
-    fn new(drive: &Drive<'r>, parameters: &[f64], conditions: &Conditions) -> Result<Self, EvalError> {
+    pub(super) fn new(
+        drive: &Drive<'r>,
+        parameters: &[f64],
+        conditions: &Conditions,
+    ) -> Result<Self, EvalError> {
         let begun = drive
             .actuators
             .iter()
@@ -157,7 +164,7 @@ impl Controller for Reaction<'_> {
 
 impl Reaction<'_> {
     /// A run from rest.
-    fn run(&self) -> Running<'_> {
+    pub(super) fn run(&self) -> Running<'_> {
         // Named by what they are of, so that all candidates hear the same noise in a world.
         let world = &self.conditions.world;
         let noise = |(place, fitted): (usize, &Fitted<'_>)| {
@@ -178,7 +185,7 @@ impl Reaction<'_> {
 }
 
 /// The controller in one run.
-struct Running<'a> {
+pub(super) struct Running<'a> {
     feedback: &'a Reaction<'a>,
     /// By sensor.
     noise: Vec<Stream>,
@@ -203,11 +210,7 @@ impl Running<'_> {
     /// Reads all sensors.
     fn measure(&mut self, measured: &Measured<'_>) {
         let drive = &self.feedback.drive;
-        let scope = FeltScope {
-            design: DesignScope::new(drive.candidate.rules, &drive.candidate.derivation),
-            drive,
-            measured,
-        };
+        let scope = FeltScope::new(drive, measured);
         for ((fitted, noise), readings) in
             self.feedback.sensors.iter().zip(&mut self.noise).zip(&mut self.readings)
         {
@@ -225,14 +228,24 @@ impl Running<'_> {
 
     /// Reads all sensors, and finds what each actuator is asked for.
     fn moment(&mut self, measured: &Measured<'_>) -> Result<(), EvalError> {
+        let Reaction { drive, parameters, .. } = self.feedback;
+        self.moment_by(measured, &mut |policy, known| drive.answer(parameters, policy, known))
+    }
+
+    /// The same with what something else answers in the place of the networks.
+    pub(super) fn moment_by(
+        &mut self,
+        measured: &Measured<'_>,
+        answer: &mut Answer<'_>,
+    ) -> Result<(), EvalError> {
         self.measure(measured);
-        self.decide()?;
+        self.decide(answer)?;
         self.moment += 1;
         Ok(())
     }
 
     /// Finds what each actuator is asked for, and moves its states on.
-    fn decide(&mut self) -> Result<(), EvalError> {
+    fn decide(&mut self, answer: &mut Answer<'_>) -> Result<(), EvalError> {
         let feedback = self.feedback;
         let drive = &feedback.drive;
         let felt = feedback
@@ -248,7 +261,7 @@ impl Running<'_> {
         let mut scope = drive.scope();
         scope.time = self.moment as f64 * feedback.interval();
         scope.felt = felt;
-        drive.decide(&feedback.parameters, self.moment, &scope, &mut self.locals)?;
+        drive.decide(self.moment, &scope, &mut self.locals, answer)?;
         for (place, driven) in drive.actuators.iter().enumerate() {
             let Some(locals) = self.locals.get_mut(place).and_then(Option::as_mut) else { continue };
             let Some((_, actuation)) = drive.actuations.get(driven.actuation) else { continue };
@@ -275,9 +288,9 @@ impl Running<'_> {
     }
 }
 
-impl ControlLoop for Running<'_> {
-    fn answer(&mut self, measured: &Measured<'_>, commands: &mut [f64]) -> Result<(), Invalid> {
-        self.moment(measured).map_err(|_| Invalid::NoCommand)?;
+impl Running<'_> {
+    /// What each actuator is asked for now.
+    pub(super) fn write(&self, commands: &mut [f64]) {
         for (actuator, (command, own)) in commands.iter_mut().zip(&self.commands).enumerate() {
             // A late actuator begins with what it is asked for first, and does the rest later.
             let late = self.moments(self.feedback.conditions.late(actuator));
@@ -285,18 +298,30 @@ impl ControlLoop for Running<'_> {
                 *command = own.get(now.saturating_sub(late)).copied().unwrap_or(0.0);
             }
         }
+    }
+}
+
+impl ControlLoop for Running<'_> {
+    fn answer(&mut self, measured: &Measured<'_>, commands: &mut [f64]) -> Result<(), Invalid> {
+        self.moment(measured).map_err(|_| Invalid::NoCommand)?;
+        self.write(commands);
         Ok(())
     }
 }
 
 /// What a sensor reads: the design, and what is so now.
-struct FeltScope<'a> {
+pub(super) struct FeltScope<'a> {
     design: DesignScope<'a>,
     drive: &'a Drive<'a>,
     measured: &'a Measured<'a>,
 }
 
-impl FeltScope<'_> {
+impl<'a> FeltScope<'a> {
+    pub(super) fn new(drive: &'a Drive<'a>, measured: &'a Measured<'a>) -> Self {
+        let design = DesignScope::new(drive.candidate.rules, &drive.candidate.derivation);
+        Self { design, drive, measured }
+    }
+
     /// The element that stands for a thing: itself, or the first one of a part.
     fn element(&self, of: Reference) -> Option<usize> {
         match of {

@@ -8,6 +8,7 @@ mod begun;
 mod bends;
 mod conditions;
 mod cycle;
+mod exploring;
 mod feedback;
 mod hardware;
 mod mutate;
@@ -28,7 +29,9 @@ pub use begun::check_designs;
 pub use bends::Bends;
 pub use conditions::Conditions;
 pub use cycle::{Asked, Cycle};
+pub use exploring::{Exploration, Explorer};
 pub use feedback::ControlLaw;
+pub use policies::Decision;
 use policies::PolicyNetwork;
 use scope::DriveScope;
 
@@ -387,7 +390,7 @@ impl<'r> Drive<'r> {
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
     pub fn control_law(&self, parameters: &[f64]) -> Result<ControlLaw<'r>, EvalError> {
-        self.control_law_under(parameters, &Conditions { world: "nominal".to_owned(), ..Conditions::NOMINAL })
+        self.control_law_under(parameters, &Conditions::nominal())
     }
 
     /// The same with hardware that differs from what the grammar says.

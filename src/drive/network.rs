@@ -7,9 +7,6 @@ pub(super) struct Network {
     sizes: Vec<usize>,
 }
 
-/// What a policy knows is held within these ends: one wild reading does not rule all nodes.
-const INPUT_LIMIT: f64 = 10.0;
-
 impl Network {
     pub(super) fn new(inputs: usize, hidden: &[usize], outputs: usize) -> Self {
         Self { sizes: [&[inputs], hidden, &[outputs]].concat() }
@@ -28,7 +25,7 @@ impl Network {
     /// The outputs. Weights are those of the first node of the first layer, its bias first, then of the next node, and so on. Each but the bias
     /// counts divided by the root of the number of inputs of its layer, so that weights of about one suit layers of any size.
     pub(super) fn answer(&self, weights: &[f64], inputs: &[f64]) -> Vec<f64> {
-        let mut values: Vec<f64> = inputs.iter().map(|x| x.clamp(-INPUT_LIMIT, INPUT_LIMIT)).collect();
+        let mut values = inputs.to_vec();
         let mut weights = weights.iter().copied();
         let layers = self.sizes.len() - 1;
         for (number, layer) in self.sizes.windows(2).enumerate() {

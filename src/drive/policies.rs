@@ -14,10 +14,29 @@ use super::{Drive, Field, Holder};
 /// Weights lie within these ends. They are drawn with a deviation of 1.
 pub(super) const WEIGHTS: (f64, f64) = (-8.0, 8.0);
 
+/// What a policy knows is held within these ends.
+const INPUT_LIMIT: f64 = 10.0;
+
 /// The most weights of a policy: a checkpoint and a saved design hold them all.
 const MOST_WEIGHTS: usize = 20_000;
 /// The same where `cma_es` tunes them: its covariance has a number for each pair, and each generation takes its Cholesky factor.
 const MOST_BY_CMA_ES: usize = 1500;
+
+/// What answers in the place of a network: by the number of the policy, and what it knows.
+pub(super) type Answer<'a> = dyn FnMut(usize, &[f64]) -> Vec<f64> + 'a;
+
+/// What a policy decides for a body.
+#[derive(Clone, Debug)]
+pub struct Decision<'r> {
+    /// The policy.
+    pub policy: &'r Policy,
+    /// How many numbers it knows.
+    pub inputs: usize,
+    /// What it decides, in the order of its outputs.
+    pub spaces: Vec<&'r ActionSpace>,
+    /// How many control intervals lie between two decisions.
+    pub pace: usize,
+}
 
 /// A policy with the network that it needs for a body.
 #[derive(Clone, Debug)]
@@ -104,21 +123,42 @@ impl<'r> Drive<'r> {
         actions.filter(move |(_, action)| action.policy == policy)
     }
 
-    /// Decides what is to be decided in a control moment: writes the actions among the locals of the actuators.
+    /// What the network of a policy answers with these weights among all values.
+    pub(super) fn answer(&self, parameters: &[f64], policy: usize, known: &[f64]) -> Vec<f64> {
+        let Some(of) = self.policies.get(policy) else { return Vec::new() };
+        let field = self.fields.iter().find(|field| field.holder == Holder::Policy(policy));
+        let start = field.map_or(0, |field| field.start);
+        let weights = parameters.get(start..start + of.network.weights());
+        of.network.answer(weights.unwrap_or_default(), known)
+    }
+
+    /// The one policy that decides for the body.
+    #[must_use]
+    pub fn decision(&self) -> Option<Decision<'r>> {
+        let [policy] = self.policies.as_slice() else { return None };
+        let actions = |driven| self.actions_of(driven, policy.name).map(|(_, action)| &action.space);
+        Some(Decision {
+            policy: policy.declared,
+            inputs: policy.network.inputs(),
+            spaces: self.actuators.iter().flat_map(|driven| actions(driven.actuation)).collect(),
+            pace: policy.pace(self.task.model.control),
+        })
+    }
+
+    /// Decides what is to be decided in a control moment, by what something answers in the place of networks: writes the actions among
+    /// the locals of the actuators.
     ///
     /// # Errors
     ///
     /// [`EvalError`] when something that a policy knows has no value.
     pub(super) fn decide(
         &self,
-        parameters: &[f64],
         moment: usize,
         scope: &DriveScope<'_>,
         locals: &mut [Option<Vec<Value>>],
+        answer: &mut Answer<'_>,
     ) -> Result<(), EvalError> {
-        for field in &self.fields {
-            let Holder::Policy(number) = field.holder else { continue };
-            let Some(policy) = self.policies.get(number) else { continue };
+        for (number, policy) in self.policies.iter().enumerate() {
             if !moment.is_multiple_of(policy.pace(self.task.model.control)) {
                 continue;
             }
@@ -134,8 +174,7 @@ impl<'r> Drive<'r> {
                     }
                 }
             }
-            let weights = parameters.get(field.start..field.start + policy.network.weights());
-            let outputs = policy.network.answer(weights.unwrap_or_default(), &inputs);
+            let outputs = answer(number, &inputs);
             let mut outputs = outputs.as_slice();
             for (driven, own) in self.actuators.iter().zip(&mut *locals) {
                 let Some((_, actuation)) = self.actuations.get(driven.actuation) else { continue };
@@ -183,5 +222,6 @@ fn number_of(input: &Expr, scope: &DriveScope<'_>, locals: &mut Vec<Value>) -> R
         value => value.as_number(),
     };
     let none = || EvalError { span: input.span, reason: "a policy knows finite numbers only".to_owned() };
-    value.filter(|x| x.is_finite()).ok_or_else(none)
+    // One wild reading does not rule all nodes.
+    value.filter(|x| x.is_finite()).map(|x| x.clamp(-INPUT_LIMIT, INPUT_LIMIT)).ok_or_else(none)
 }

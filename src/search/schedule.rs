@@ -225,6 +225,11 @@ impl Plan<'_> {
         self.is_true(&self.schedule.stop)
     }
 
+    /// How likely a learner draws an action evenly.
+    pub(super) fn exploration(&self, exploration: &Expr) -> Result<f64, EvalError> {
+        Ok(self.number(exploration)?.min(1.0))
+    }
+
     /// Whether chains may change places now.
     pub(super) fn exchanges(&self, annealing: &Annealing) -> Result<bool, EvalError> {
         annealing.exchange.as_ref().map_or(Ok(false), |exchange| self.is_true(exchange))

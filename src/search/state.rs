@@ -14,6 +14,7 @@ use super::schedule::{Course, Iteration, Standing};
 use super::tally::Tally;
 use crate::derive::{BadStep, Derivation, Steps};
 use crate::drive::Parameters;
+use crate::learn::{ActorCritic, QLearning, Replay};
 use crate::score::Observed;
 
 /// Where a search stands. `D` is what there is of a derivation: itself, or its [`Steps`].
@@ -284,6 +285,25 @@ pub(super) enum Curves {
     Chains(Chains),
     /// Covariance matrix adaptation.
     Distribution(Distribution),
+    /// Learning of a policy.
+    Learning(Box<Learning>),
+}
+
+/// Where the learning of a policy stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Learning {
+    pub(super) course: Course,
+    pub(super) agent: Agent,
+    pub(super) replay: Replay,
+    /// Motions made that explore.
+    pub(super) motions: u64,
+}
+
+/// The networks that learn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Agent {
+    ActorCritic(ActorCritic),
+    QLearning(QLearning),
 }
 
 /// Where the annealing of curves stands.
@@ -335,6 +355,7 @@ impl Curves {
                 &mut chains.course
             }
             Self::Distribution(distribution) => &mut distribution.course,
+            Self::Learning(learning) => &mut learning.course,
         };
         *course = Course { deviation: course.deviation, ..Course::new(course.direction, best) };
     }

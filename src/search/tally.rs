@@ -16,6 +16,9 @@ const UNFIT: &str = "of bodies that the solver cannot simulate";
 /// What an evaluation is called that has no value in another world.
 const ELSEWHERE: &str = "without a value in another world";
 
+/// What the end of a learner is called whose rewards or steps are too large.
+const DIVERGED: &str = "of a learner that diverged (make `learning_rate` or its rewards smaller)";
+
 /// Why an evaluation has no value.
 #[derive(Clone, Debug)]
 pub(crate) enum Missing {
@@ -27,6 +30,8 @@ pub(crate) enum Missing {
     Expression(EvalError),
     /// The solver cannot simulate the body, for this reason.
     Unfit(String),
+    /// What a learner learned is no numbers any more.
+    Diverged,
 }
 
 /// How many evaluations failed, and why.
@@ -51,6 +56,9 @@ pub struct Tally {
     /// Evaluations that could not come to a value that would be accepted, as was known before their end.
     #[serde(default)]
     pub hopeless: u64,
+    /// Learners whose weights were no numbers any more.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub diverged: u64,
 }
 
 impl Tally {
@@ -61,6 +69,7 @@ impl Tally {
             Missing::Elsewhere(world) => *self.elsewhere.entry(world).or_default() += 1,
             Missing::Expression(error) => *self.no_value.entry(error).or_default() += 1,
             Missing::Unfit(reason) => self.count_unfit(1, &reason),
+            Missing::Diverged => self.diverged += 1,
         }
     }
 
@@ -79,6 +88,7 @@ impl Tally {
         }
         self.unstable += other.unstable;
         self.hopeless += other.hopeless;
+        self.diverged += other.diverged;
     }
 
     /// Evaluations without a value, for whatever reason.
@@ -93,10 +103,12 @@ impl Tally {
         let elsewhere = Some(self.elsewhere.values().sum()).filter(|n| *n > 0);
         let motions = self.invalid.iter().map(|(reason, n)| (reason.describe(), *n));
         let unfit = self.unfit.as_ref().map(|(n, _)| (UNFIT, *n));
+        let diverged = Some(self.diverged).filter(|n| *n > 0);
         motions
             .chain(elsewhere.map(|n| (ELSEWHERE, n)))
             .chain(expressions.map(|n| (NO_VALUE, n)))
             .chain(unfit)
+            .chain(diverged.map(|n| (DIVERGED, n)))
     }
 
     /// Why evaluations had no value: `3 too fast, 1 not finite`; empty if all had one.
@@ -105,6 +117,11 @@ impl Tally {
         let reasons: Vec<_> = self.by_reason().map(|(reason, n)| format!("{n} {reason}")).collect();
         reasons.join(", ")
     }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // What serde asks for.
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 fn add_all<K: Ord + Clone>(to: &mut BTreeMap<K, u64>, from: &BTreeMap<K, u64>) {

@@ -50,56 +50,65 @@ pub(super) trait Observable {
     fn load(&self, element: usize) -> Option<f64>;
 }
 
-/// A body at rest as its assembly says, before anything moves.
+/// What was so of a body at one moment, kept. Each element is a body of its own here.
 #[derive(Clone, Debug)]
-pub struct AtRest {
+pub struct Snapshot {
+    time: f64,
     poses: Vec<Isometry3<f64>>,
+    velocities: Vec<Option<(Vector3<f64>, Vector3<f64>)>>,
     placements: Vec<Placement>,
-    still: Vec<f64>,
+    positions: Vec<f64>,
+    rates: Vec<f64>,
+    loads: Vec<Option<f64>>,
 }
 
-impl AtRest {
-    /// At rest, each element a body of its own.
+impl Snapshot {
+    /// A body at rest as its assembly says, before anything moves.
     #[must_use]
-    pub fn of(assembly: &Assembly) -> Self {
+    pub fn at_rest(assembly: &Assembly) -> Self {
         let placement = |(body, element): (usize, &Element)| Placement {
             body,
             local: Isometry3::identity(),
             shape: element.shape,
         };
+        let elements = assembly.elements.len();
         Self {
+            time: 0.0,
             poses: assembly.elements.iter().map(|element| element.pose).collect(),
+            velocities: vec![Some((Vector3::zeros(), Vector3::zeros())); elements],
             placements: assembly.elements.iter().enumerate().map(placement).collect(),
-            still: vec![0.0; assembly.actuators],
+            positions: vec![0.0; assembly.actuators],
+            rates: vec![0.0; assembly.actuators],
+            loads: vec![Some(0.0); elements],
         }
     }
 
     /// What is measured of it.
     #[must_use]
     pub fn measured(&self) -> Measured<'_> {
-        Measured { time: 0.0, known: self, placements: &self.placements }
+        Measured { time: self.time, known: self, placements: &self.placements }
     }
 }
 
-impl Observable for AtRest {
+impl Observable for Snapshot {
     fn pose(&self, body: usize) -> Isometry3<f64> {
         self.poses.get(body).copied().unwrap_or_else(Isometry3::identity)
     }
 
-    fn velocity(&self, _: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        Some((Vector3::zeros(), Vector3::zeros()))
+    fn velocity(&self, body: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        self.velocities.get(body).copied().flatten()
     }
 
     fn positions(&self) -> &[f64] {
-        &self.still
+        &self.positions
     }
 
     fn rates(&self) -> &[f64] {
-        &self.still
+        &self.rates
     }
 
-    fn load(&self, _: usize) -> Option<f64> {
-        Some(0.0)
+    fn load(&self, element: usize) -> Option<f64> {
+        self.loads.get(element).copied().flatten()
     }
 }
 
@@ -113,6 +122,26 @@ pub struct Measured<'a> {
 }
 
 impl Measured<'_> {
+    /// All of it, to be read later.
+    #[must_use]
+    pub fn kept(&self) -> Snapshot {
+        let elements = 0..self.placements.len();
+        let placement = |(body, placement): (usize, &Placement)| Placement {
+            body,
+            local: Isometry3::identity(),
+            shape: placement.shape,
+        };
+        Snapshot {
+            time: self.time,
+            poses: elements.clone().filter_map(|element| self.pose(element)).collect(),
+            velocities: elements.clone().map(|element| self.velocity(element)).collect(),
+            placements: self.placements.iter().enumerate().map(placement).collect(),
+            positions: self.known.positions().to_vec(),
+            rates: self.known.rates().to_vec(),
+            loads: elements.map(|element| self.load(element)).collect(),
+        }
+    }
+
     /// The pose of an element in the world, m; none of one that does not exist.
     #[must_use]
     pub fn pose(&self, element: usize) -> Option<Isometry3<f64>> {

@@ -29,7 +29,7 @@ mod world;
 use serde::{Deserialize, Serialize};
 
 use crate::design::assembly::Assembly;
-pub use feedback::{AtRest, ControlLoop, Controller, Measured};
+pub use feedback::{ControlLoop, Controller, Measured, Snapshot};
 pub use motion::{Motion, Targets};
 pub use sliding::Sliding;
 pub use stop::Stop;

@@ -178,6 +178,7 @@ impl<'r> Facts<'r> {
             Word::Motion(MotionWord::Start) => Abstract::Number(Interval::point(0.0)),
             Word::Time
             | Word::Now
+            | Word::Before
             | Word::ControlInterval
             | Word::Motion(MotionWord::End | MotionWord::Duration | MotionWord::FrameInterval)
             | Word::Search(

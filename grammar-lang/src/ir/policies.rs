@@ -18,6 +18,9 @@ pub struct Policy {
     /// The time between two decisions, s; each control interval if none is said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<f64>,
+    /// What a learner gets for the time between two decisions: a number of the reward stage. Other searches have no use for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reward: Option<Expr>,
     /// How likely one of its weights changes in a move of the search.
     pub mutation_chance: f64,
     /// The standard deviation of that change. A weight is drawn with a deviation of 1, and divided by the root of the number of
@@ -75,6 +78,9 @@ impl Writer<'_> {
         self.line(1, format!("hidden = [{}]", hidden.join(", ")));
         if let Some(every) = policy.every {
             self.line(1, format!("every = {}", units::shown(every, Dimension::TIME)));
+        }
+        if let Some(reward) = &policy.reward {
+            self.line(1, format!("reward = {}", self.expr(reward, &Names::new())));
         }
         self.line(1, format!("mutation_chance = {}", policy.mutation_chance));
         self.line(1, format!("mutation_size = {}", policy.mutation_size));

@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer};
-use super::{Expr, SearchWord, Within};
+use super::{ActorCritic, Expr, QLearning, SearchWord, Within};
 
 /// A search, by the loops that it has.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -96,6 +96,10 @@ pub enum CurveMethod {
     Annealing(Annealing),
     /// Evolution of a normal distribution.
     CmaEs(CmaEs),
+    /// Learning by an actor and its critics.
+    ActorCritic(ActorCritic),
+    /// Learning what decisions are worth.
+    QLearning(QLearning),
 }
 
 /// How long a loop goes on: expressions of the search stage.
@@ -201,6 +205,10 @@ pub enum SearchMethod<'a> {
     Front(&'a Front),
     /// Evolution of a normal distribution.
     CmaEs(&'a CmaEs),
+    /// Learning by an actor and its critics.
+    ActorCritic(&'a ActorCritic),
+    /// Learning what decisions are worth.
+    QLearning(&'a QLearning),
 }
 
 impl BodyLoop {
@@ -229,6 +237,8 @@ impl CurveLoop {
         match &self.method {
             CurveMethod::Annealing(annealing) => SearchMethod::Annealing(annealing),
             CurveMethod::CmaEs(cma_es) => SearchMethod::CmaEs(cma_es),
+            CurveMethod::ActorCritic(learner) => SearchMethod::ActorCritic(learner),
+            CurveMethod::QLearning(learner) => SearchMethod::QLearning(learner),
         }
     }
 }
@@ -243,6 +253,8 @@ impl<'a> SearchMethod<'a> {
             Self::Population(_) => "population",
             Self::Front(_) => "front",
             Self::CmaEs(_) => "cma_es",
+            Self::ActorCritic(_) => "soft_actor_critic",
+            Self::QLearning(_) => "double_dqn",
         }
     }
 
@@ -255,6 +267,8 @@ impl<'a> SearchMethod<'a> {
             Self::Population(_) => "the best bodies are kept, and go on",
             Self::Front(_) => "the designs are kept that no other is better than in every objective",
             Self::CmaEs(_) => "evolution of a normal distribution (CMA-ES)",
+            Self::ActorCritic(_) => "soft actor-critic learning of a policy",
+            Self::QLearning(_) => "double Q-learning of a policy",
         }
     }
 
@@ -263,7 +277,7 @@ impl<'a> SearchMethod<'a> {
     pub fn temperature(self) -> Option<&'a Expr> {
         match self {
             Self::Annealing(annealing) => Some(&annealing.temperature),
-            Self::Archive(_) | Self::Population(_) | Self::Front(_) | Self::CmaEs(_) => None,
+            _ => None,
         }
     }
 
@@ -272,7 +286,7 @@ impl<'a> SearchMethod<'a> {
     pub fn chains(self) -> usize {
         match self {
             Self::Annealing(annealing) => annealing.chains.unwrap_or(1),
-            Self::Archive(_) | Self::Population(_) | Self::Front(_) | Self::CmaEs(_) => 1,
+            _ => 1,
         }
     }
 
@@ -313,6 +327,16 @@ impl<'a> SearchMethod<'a> {
             }
             Self::Front(front) => front.selection.given(show),
             Self::Archive(_) => Vec::new(),
+            Self::ActorCritic(ActorCritic { learner, critic, entropy }) => {
+                let critic: Vec<_> = critic.iter().map(ToString::to_string).collect();
+                let own = [("critic", format!("[{}]", critic.join(", "))), ("entropy", entropy.to_string())];
+                let own = own.map(|(name, value)| (name, Some(value)));
+                own.into_iter().chain(learner.given()).collect()
+            }
+            Self::QLearning(QLearning { learner, exploration }) => {
+                let own = [("exploration", Some(show(exploration)))];
+                own.into_iter().chain(learner.given()).collect()
+            }
         };
         fields.into_iter().filter_map(|(field, value)| Some((field, value?))).collect()
     }
@@ -327,7 +351,8 @@ impl<'a> SearchMethod<'a> {
                 population.selection.exprs().into_iter().map(Some).chain([restart]).collect()
             }
             Self::Front(front) => front.selection.exprs().map(Some).to_vec(),
-            Self::Archive(_) => Vec::new(),
+            Self::QLearning(learner) => vec![Some(&learner.exploration)],
+            Self::Archive(_) | Self::ActorCritic(_) => Vec::new(),
         };
         own.into_iter().flatten()
     }

@@ -43,6 +43,7 @@ words! {
         Inflate "inflate" "An actuator's valve lets air in.";
         Vent "vent" "An actuator's valve lets air out.";
         Now "now" "The control moment at which a sensor reads.";
+        Before "before" "The last moment before at which a policy decided.";
         ControlInterval "control_interval" "The time between two control moments.";
     }
     /// Of a motion.

@@ -21,7 +21,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         let selection = match method {
             SearchMethod::Population(population) => Some((&population.selection, false)),
             SearchMethod::Front(front) => Some((&front.selection, true)),
-            SearchMethod::Annealing(_) | SearchMethod::Archive(_) | SearchMethod::CmaEs(_) => None,
+            SearchMethod::Annealing(_)
+            | SearchMethod::Archive(_)
+            | SearchMethod::CmaEs(_)
+            | SearchMethod::ActorCritic(_)
+            | SearchMethod::QLearning(_) => None,
         };
         if let Some((selection, is_front)) = selection {
             for (expr, limit) in selection.exprs().into_iter().zip(Selection::limits(is_front)) {

@@ -69,9 +69,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
         }
     }
-    // Evolution draws from a distribution of its own, and uses no mutations.
+    // Others than annealing use no mutations.
     let curves = known.ruleset.search.curves.as_ref();
-    if curves.is_some_and(|curves| matches!(curves.method, CurveMethod::CmaEs(_))) {
+    if curves.is_some_and(|curves| !matches!(curves.method, CurveMethod::Annealing(_))) {
         return;
     }
     let mut reasoning = known.reasoning(&[]);

@@ -51,7 +51,10 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
         }
     }
     add(ruleset.sensors.values().map(|sensor| &sensor.value).collect(), Vec::new());
-    add(ruleset.policies.values().flat_map(|policy| &policy.inputs).collect(), Vec::new());
+    add(
+        ruleset.policies.values().flat_map(|policy| policy.inputs.iter().chain(&policy.reward)).collect(),
+        Vec::new(),
+    );
     add(ruleset.terms.values().map(|term| &term.value).collect(), Vec::new());
     let of_tasks = ruleset.tasks.values().flat_map(|task| task.objectives());
     add(of_tasks.chain(ruleset.objectives()).map(|objective| &objective.value).collect(), Vec::new());

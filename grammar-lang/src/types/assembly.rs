@@ -346,6 +346,8 @@ impl<'a> Assembly<'a> {
         let changes_bodies = !derived.rules.is_empty()
             && singles.search.as_ref().is_some_and(|search| search.bodies.is_some());
         self.declarations.check_policies(&tasks, &used.actuations, changes_bodies);
+        let search = singles.search.as_ref();
+        self.declarations.check_learners(search, &tasks, &used.actuations, &used.policies);
         self.declarations.check_periods(&tasks, &used.actuations, &used.terms, &observed);
         let novelties = novelties?;
         if !is_sound {

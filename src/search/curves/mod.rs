@@ -5,13 +5,14 @@ mod evolution;
 mod forecast;
 mod futures;
 mod judging;
+mod learning;
 
 use grammar_lang::ir::{CurveLoop, CurveMethod, RuleSet, Task};
 
 use super::body::Known;
 use super::evaluator::Evaluator;
 use super::schedule::{Around, Course};
-use super::state::{Curves, Tuning};
+use super::state::{Curves, Learning, Tuning};
 use super::{Bounds, End, Failure};
 use crate::derive::Candidate;
 use crate::derive::random::Stream;
@@ -19,6 +20,7 @@ use crate::drive::Parameters;
 use forecast::Forecast;
 use futures::Annealed;
 use judging::{Counted, When};
+use learning::Method;
 
 /// The value of a parent that is none, where more is better: anything is better than that.
 const NO_PARENT: f64 = -1e100;
@@ -145,9 +147,12 @@ impl<'a> Tuner<'a> {
             (Curves::Distribution(distribution), CurveMethod::CmaEs(cma_es)) => {
                 self.evolve(schedule, cma_es, tuning, distribution, spent)
             }
+            (Curves::Learning(learning), method) => match Method::of(method) {
+                Some(method) => self.learn(schedule, method, tuning, learning, spent),
+                None => Ok(Progress::Done),
+            },
             // A state is begun with the method that it goes on with.
-            (Curves::Chains(_), CurveMethod::CmaEs(_))
-            | (Curves::Distribution(_), CurveMethod::Annealing(_)) => Ok(Progress::Done),
+            (Curves::Chains(_) | Curves::Distribution(_), _) => Ok(Progress::Done),
         };
         tuning.loops = Some(curves);
         // Where the evaluations end before any curves were judged in all worlds, the best of them are.
@@ -166,9 +171,13 @@ impl<'a> Tuner<'a> {
         let method = self.looped().map(|looped| &looped.method);
         let chains = match method {
             Some(CurveMethod::Annealing(annealing)) => annealing.chains.unwrap_or(1),
-            Some(CurveMethod::CmaEs(_)) | None => 1,
+            Some(_) | None => 1,
         };
-        let starts: Vec<Parameters> = (0..chains).map(|chain| self.start(chain)).collect();
+        let mut learner = method.and_then(Method::of).and_then(|method| self.learner(method));
+        let starts: Vec<Parameters> = match &learner {
+            Some((_, policy)) => vec![policy.clone()],
+            None => (0..chains).map(|chain| self.start(chain)).collect(),
+        };
         let Some(values) = self.evaluator.evaluate(self.bounds.stop, &starts) else { return self.stopped() };
         // Counted as if nothing had been, if it is stopped between them.
         let (mut now, mut counted) = (tuning.clone(), *spent);
@@ -188,9 +197,10 @@ impl<'a> Tuner<'a> {
             Some(CurveMethod::CmaEs(cma_es)) => {
                 Curves::Distribution(self.distribution(&starts[0], cma_es.spread, course))
             }
-            Some(CurveMethod::Annealing(_)) | None => {
-                Curves::Chains(annealing::chains(starts, fitness, course))
+            _ if let Some((agent, _)) = learner.take() => {
+                Curves::Learning(Box::new(Learning::begin(agent, course)))
             }
+            _ => Curves::Chains(annealing::chains(starts, fitness, course)),
         });
         (*tuning, *spent) = (now, counted);
         Ok(if method.is_some() { Progress::More } else { Progress::Done })

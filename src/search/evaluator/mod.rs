@@ -16,7 +16,7 @@ use super::cache::{self, Cache, Key, Subject};
 use super::crew::Crew;
 use super::tally::Missing;
 use crate::derive::Candidate;
-use crate::drive::{ControlLaw, Drive, Parameters};
+use crate::drive::{Conditions, ControlLaw, Drive, Exploration, Explorer, Parameters};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Observed, Recording};
 use crate::simulate::{
@@ -259,6 +259,60 @@ impl<'r> Evaluator<'r> {
         for ((one, _), value) in batch.iter().zip(values.into_iter().flatten()) {
             self.engine.cache.keep(Cache::key(&self.subjects.1, one), &value);
         }
+    }
+
+    /// Makes motions in which the policy is explored that has these weights, side by side; they are counted from the first on. What each
+    /// came to; none if it was asked to stop before all were made.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when an expression of the actuation has no value.
+    pub(super) fn explore(
+        &mut self,
+        stop: Stop<'_>,
+        parameters: &Parameters,
+        first: u64,
+        explorers: Vec<&mut dyn Explorer>,
+    ) -> Result<Option<Vec<Result<(), Missing>>>, EvalError> {
+        let threads = self.hire(explorers.len());
+        let Self { engine, drive, workers, .. } = self;
+        let crew = engine.crew;
+        let explorations: Result<Vec<Exploration<'_, '_>>, EvalError> = explorers
+            .into_iter()
+            .zip(first..)
+            .map(|(explorer, number)| {
+                // Sensors are not noisy in the same way each time.
+                let conditions = Conditions { world: format!("motion {number}"), ..Conditions::NOMINAL };
+                Exploration::new(drive, parameters, &conditions, explorer)
+            })
+            .collect();
+        let explorations = explorations?;
+        let share = explorations.len().div_ceil(threads).max(1);
+        let run = |(worker, part): (&mut Box<dyn Simulation>, &[Exploration<'_, '_>])| {
+            let cases: Vec<Case<'_>> = part.iter().map(|one| one.case(&World::NOMINAL)).collect();
+            worker.run_cases(stop, &cases)
+        };
+        let parts: Option<Vec<_>> = if threads > 1 {
+            crew.run(|| workers.par_iter_mut().zip(explorations.par_chunks(share)).map(run).collect())
+        } else {
+            workers.iter_mut().zip(explorations.chunks(share)).map(run).collect()
+        };
+        let Some(parts) = parts else { return Ok(None) };
+        let motions = parts.into_iter().flatten();
+        let came_to = |(exploration, motion): (Exploration<'_, '_>, Result<Motion, Invalid>)| match (
+            exploration.failed(),
+            motion,
+        ) {
+            (Some(error), _) => Err(Missing::Expression(error)),
+            (None, Err(why)) => Err(Missing::Motion(why)),
+            (None, Ok(_)) => Ok(()),
+        };
+        Ok(Some(explorations.into_iter().zip(motions).map(came_to).collect()))
+    }
+
+    /// The threads of the search.
+    pub(super) fn crew(&self) -> &'r Crew {
+        self.engine.crew
     }
 
     /// What an archive's descriptors say of a motion, in their order; none if it was asked to stop.

@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
+use super::learners::{ACTOR_CRITIC, Q_LEARNING};
 use super::loops::{Loop, Looped, whole};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, Limit, SearchWord, Selection, Ty, Word};
@@ -46,6 +47,8 @@ pub(super) const METHODS: &[Known] = &[
         blocks: &[],
     },
     Known { name: "cma_es", loops: &[Loop::Curves], fields: &["spread", "restart"], blocks: &[] },
+    Known { name: "soft_actor_critic", loops: &[Loop::Curves], fields: ACTOR_CRITIC, blocks: &[] },
+    Known { name: "double_dqn", loops: &[Loop::Curves], fields: Q_LEARNING, blocks: &[] },
 ];
 
 const DESCRIPTOR: Fields<'static> = Fields::values(&["value", "from", "to", "cells"]);
@@ -82,6 +85,8 @@ impl Declarations<'_> {
         match name {
             "annealing" => self.annealing(from, damaged).map(CurveMethod::Annealing),
             "cma_es" => self.cma_es(from, damaged).map(CurveMethod::CmaEs),
+            "soft_actor_critic" => self.actor_critic(from, damaged).map(CurveMethod::ActorCritic),
+            "double_dqn" => self.q_learning(from, damaged).map(CurveMethod::QLearning),
             _ => None,
         }
     }

@@ -7,6 +7,7 @@ mod fields;
 mod items;
 mod joints;
 mod lattice;
+mod learners;
 mod loops;
 mod methods;
 mod models;

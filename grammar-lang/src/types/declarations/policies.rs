@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 
 use super::Declarations;
 use super::fields::{Fields, Values};
+use super::loops::whole;
 use super::tasks::Tasks;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Value;
@@ -16,7 +17,7 @@ use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
 const POLICY: Fields<'static> =
-    Fields { all: &["inputs", "hidden", "every", "mutation_chance", "mutation_size"], blocks: &[] };
+    Fields { all: &["inputs", "hidden", "every", "reward", "mutation_chance", "mutation_size"], blocks: &[] };
 
 /// Hidden layers of a policy, at most.
 const MOST_LAYERS: usize = 4;
@@ -42,12 +43,16 @@ impl Declarations<'_> {
             }
             None => Some(Vec::new()),
         };
-        let hidden = self.hidden(&from, damaged);
+        let hidden = self.hidden(&from, "hidden", USUAL_HIDDEN, &Context::new(Stage::Declaration, damaged));
         let time = Ty::Quantity(Dimension::TIME);
         let every = match from.values.contains_key("every") {
             true => self.bounded(&from, "every", &time, (1e-3, SLOWEST), "0.2 s", damaged).map(Some),
             false => Some(None),
         };
+        let reward = from.values.get("reward").map(|(_, tree)| {
+            let tree = *tree;
+            self.reward(tree, damaged)
+        });
         let mut share = |name: &str, usual: f64, most: f64, example: &str| {
             if !from.values.contains_key(name) {
                 return Some(usual);
@@ -60,14 +65,31 @@ impl Declarations<'_> {
             inputs: inputs?,
             hidden: hidden?,
             every: every?,
+            reward: whole(reward)?,
             mutation_chance: mutation_chance?,
             mutation_size: mutation_size?,
             span: block.name.span,
         })
     }
 
+    /// What a learner gets.
+    fn reward(&mut self, tree: &ast::Expr, damaged: bool) -> Option<Expr> {
+        let value = self.expressions.infer(tree, &mut Context::new(Stage::Reward, damaged));
+        if matches!(value.ty, Ty::Count | Ty::Bool) || value.ty == Ty::NUMBER {
+            return Some(value);
+        }
+        if value.ty != Ty::Unknown {
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, tree.span, "a reward is a number")
+                    .label(format!("this is {}", article(&value.ty)))
+                    .help("divide it by what is good for the time between two decisions: `(core.velocity at now).x / (5 cm/s)`"),
+            );
+        }
+        None
+    }
+
     /// A number of a field that lies between two others.
-    fn bounded(
+    pub(super) fn bounded(
         &mut self,
         from: &Values<'_>,
         name: &str,
@@ -96,15 +118,20 @@ impl Declarations<'_> {
         None
     }
 
-    /// The sizes of the hidden layers.
-    fn hidden(&mut self, from: &Values<'_>, damaged: bool) -> Option<Vec<usize>> {
-        let Some((_, tree)) = from.values.get("hidden") else { return Some(USUAL_HIDDEN.to_vec()) };
+    /// The sizes of the hidden layers of a network.
+    pub(super) fn hidden(
+        &mut self,
+        from: &Values<'_>,
+        name: &'static str,
+        usual: &[usize],
+        cx: &Context,
+    ) -> Option<Vec<usize>> {
+        let Some((_, tree)) = from.values.get(name) else { return Some(usual.to_vec()) };
         if is_empty_list(tree) {
             return Some(Vec::new());
         }
-        let cx = Context::new(Stage::Declaration, damaged);
         let list = Ty::List(Box::new(Ty::Count));
-        let (value, span) = self.value(from, "hidden", &list, "[16, 16]", &cx)?;
+        let (value, span) = self.value(from, name, &list, "[16, 16]", cx)?;
         let sizes: Vec<f64> = value.items().iter().filter_map(Value::as_number).collect();
         let wrong = sizes.iter().find(|size| !(1.0..=WIDEST).contains(*size));
         if wrong.is_none() && sizes.len() <= MOST_LAYERS {
@@ -115,10 +142,10 @@ impl Declarations<'_> {
             Diagnostic::new(
                 Code::OUT_OF_DOMAIN,
                 span,
-                format!("a policy has at most {MOST_LAYERS} hidden layers of 1 to {WIDEST} nodes"),
+                format!("a network has at most {MOST_LAYERS} hidden layers of 1 to {WIDEST} nodes"),
             )
             .label(label)
-            .help("write for example `hidden = [16, 16]`; small networks are found sooner"),
+            .help(format!("write for example `{name} = [16, 16]`; small networks are found sooner")),
         );
         None
     }
@@ -128,16 +155,26 @@ impl Declarations<'_> {
         if is_empty_list(tree) {
             return Some(Vec::new());
         }
-        let list = self.expressions.infer(tree, cx);
-        let ExprKind::List(items) = list.kind else {
-            if list.ty != Ty::Unknown {
-                self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, tree.span, "what a policy knows is a list of numbers")
+        // Each by itself: numbers and Bools may stand side by side.
+        let items = if let ast::ExprKind::List(items) = &tree.kind {
+            items.iter().map(|item| self.expressions.infer(item, cx)).collect()
+        } else {
+            let list = self.expressions.infer(tree, cx);
+            let ExprKind::List(items) = list.kind else {
+                if list.ty != Ty::Unknown {
+                    self.report(
+                        Diagnostic::new(
+                            Code::WRONG_TYPE,
+                            tree.span,
+                            "what a policy knows is a list of numbers",
+                        )
                         .label(format!("this is {}", article(&list.ty)))
                         .help("write them one by one, as in `[lean / 30 deg, speed / (10 cm/s)]`"),
-                );
-            }
-            return None;
+                    );
+                }
+                return None;
+            };
+            items
         };
         if items.len() > LONGEST {
             self.report(

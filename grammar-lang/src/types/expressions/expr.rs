@@ -153,6 +153,22 @@ impl Expressions<'_> {
                 );
                 unknown(span)
             }
+            Ty::Track(_)
+                if cx.stage == Stage::Reward
+                    && time.ty != Ty::Unknown
+                    && !matches!(time.kind, ExprKind::Word(Word::Now | Word::Before)) =>
+            {
+                self.report(
+                    Diagnostic::new(
+                        Code::WRONG_STAGE,
+                        time.span,
+                        "a reward reads what is so now and what was so at the decision before",
+                    )
+                    .label("another time")
+                    .help("write `at now` or `at before`"),
+                );
+                unknown(span)
+            }
             Ty::Track(ty) => Expr { kind: ExprKind::At(Box::new(value), Box::new(time)), ty: *ty, span },
             Ty::Unknown => unknown(span),
             other => self.wrong(

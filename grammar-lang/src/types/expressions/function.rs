@@ -28,6 +28,7 @@ impl Expressions<'_> {
             Stage::Objective,
             Stage::Drive,
             Stage::Sense,
+            Stage::Reward,
             Stage::Schedule,
             Stage::Weight,
         ] {

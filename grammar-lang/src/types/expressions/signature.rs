@@ -18,6 +18,7 @@ pub(super) fn word(word: Word) -> Ty {
         ) => Ty::NUMBER,
         Word::Time
         | Word::Now
+        | Word::Before
         | Word::ControlInterval
         | Word::Motion(
             MotionWord::Start

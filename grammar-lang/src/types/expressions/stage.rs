@@ -22,6 +22,8 @@ pub(in crate::types) enum Stage {
     Drive,
     /// When a sensor reads, at a control moment.
     Sense,
+    /// When a policy decides, of what became of what it decided before.
+    Reward,
     /// When a curve is mutated.
     Mutation,
     /// When the search decides how to go on.
@@ -45,6 +47,7 @@ impl Stage {
             Self::Weight => "a rule's weight",
             Self::Drive => "an actuation",
             Self::Sense => "a sensor",
+            Self::Reward => "a reward",
             Self::Mutation => "a mutation",
             Self::Schedule => "a search schedule",
             Self::Score => "a term",
@@ -107,6 +110,9 @@ impl Stage {
             Self::Sense if name == "t" || is_of_motion => {
                 "; a sensor reads what is so now, as in `core.rotation at now`"
             }
+            Self::Reward if name == "t" || is_of_motion => {
+                "; a reward reads what is so now and what was so at the decision before, as in `core.position at now` and `core.position at before`"
+            }
             Self::Declaration if is_of_design => {
                 "; the fields of a part cannot read the design: for a number that may differ, declare a `param` of the grammar or of the part"
             }
@@ -124,7 +130,7 @@ impl Stage {
 
     /// Whether an attribute of what moves has a value: a sensor knows what is so now, terms know the whole motion.
     pub(super) fn sees_attribute(self, attribute: &Attribute) -> bool {
-        if self == Self::Sense {
+        if matches!(self, Self::Sense | Self::Reward) {
             return match attribute {
                 Attribute::Element(of) => matches!(of, ElementAttribute::Size | ElementAttribute::Part),
                 attribute => *attribute != Attribute::Part(PartAttribute::Work),
@@ -153,8 +159,9 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
             | MotionWord::FrameInterval
             | MotionWord::Period,
         ) => &[S::Score, S::Objective],
-        Word::Motion(MotionWord::Elements) => &[S::Score, S::Objective, S::Sense],
-        Word::Now => &[S::Sense],
+        Word::Motion(MotionWord::Elements) => &[S::Score, S::Objective, S::Sense, S::Reward],
+        Word::Now => &[S::Sense, S::Reward],
+        Word::Before => &[S::Reward],
         Word::ControlInterval => &[S::Drive],
         Word::Search(SearchWord::Temperature) => &[S::Choice, S::Weight, S::Mutation, S::Schedule],
         Word::Search(SearchWord::Iteration) => &[S::Schedule, S::Mutation],

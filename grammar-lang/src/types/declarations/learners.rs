@@ -1,0 +1,211 @@
+//! Checks learners: what they are told, and whether there is a policy that they can learn.
+
+use indexmap::IndexMap;
+
+use super::Declarations;
+use super::fields::Values;
+use super::tasks::Tasks;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{self, ActionSpace, CurveMethod, Ty};
+use crate::types::expressions::context::Context;
+use crate::types::expressions::stage::Stage;
+
+/// Fields that every learner has.
+macro_rules! learner_fields {
+    ($($own:literal),*) => {
+        &[$($own,)* "learning_rate", "discount", "batch", "updates", "replay", "warm_up", "target_rate"]
+    };
+}
+
+pub(super) const ACTOR_CRITIC: &[&str] = learner_fields!["critic", "entropy"];
+pub(super) const Q_LEARNING: &[&str] = learner_fields!["exploration"];
+
+/// What a field of a learner may be, and what it is if it is not said.
+struct Setting {
+    name: &'static str,
+    usual: f64,
+    within: (f64, f64),
+    example: &'static str,
+}
+
+const fn setting(name: &'static str, usual: f64, within: (f64, f64), example: &'static str) -> Setting {
+    Setting { name, usual, within, example }
+}
+
+/// The step of Adam: weights are drawn with a deviation of 1, so that this is some ten times what is usual for weights that are
+/// drawn smaller in large layers.
+const LEARNING_RATE: Setting = setting("learning_rate", 0.003, (1e-6, 1.0), "0.003");
+/// Rewards of some fifty decisions count.
+const DISCOUNT: Setting = setting("discount", 0.98, (0.0, 0.9999), "0.98");
+const BATCH: Setting = setting("batch", 256.0, (1.0, 4096.0), "256");
+const UPDATES: Setting = setting("updates", 1.0, (0.01, 100.0), "1");
+const REPLAY: Setting = setting("replay", 100_000.0, (100.0, 1e6), "100000");
+const WARM_UP: Setting = setting("warm_up", 10.0, (1.0, 1e5), "10");
+const TARGET_RATE: Setting = setting("target_rate", 0.005, (1e-5, 1.0), "0.005");
+/// Of actions between -1 and 1: that of an even draw is 0.69.
+const ENTROPY: Setting = setting("entropy", -1.0, (-10.0, 0.69), "-1");
+
+/// The hidden layers of a critic.
+const USUAL_CRITIC: &[usize] = &[64, 64];
+
+impl Declarations<'_> {
+    pub(super) fn actor_critic(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::ActorCritic> {
+        let learner = self.learner(from, damaged);
+        let critic = self.layers(from, "critic", USUAL_CRITIC, damaged);
+        let entropy = self.setting(from, &ENTROPY, damaged);
+        Some(ir::ActorCritic { learner: learner?, critic: critic?, entropy: entropy? })
+    }
+
+    pub(super) fn q_learning(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::QLearning> {
+        let learner = self.learner(from, damaged);
+        let exploration =
+            self.scheduled(from, "exploration", &Ty::NUMBER, "max(5 %, 90 % - iteration * 1 %)", damaged);
+        Some(ir::QLearning { learner: learner?, exploration: exploration? })
+    }
+
+    fn learner(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Learner> {
+        let learning_rate = self.setting(from, &LEARNING_RATE, damaged);
+        let discount = self.setting(from, &DISCOUNT, damaged);
+        let batch = self.setting(from, &BATCH, damaged);
+        let updates = self.setting(from, &UPDATES, damaged);
+        let replay = self.setting(from, &REPLAY, damaged);
+        let warm_up = self.setting(from, &WARM_UP, damaged);
+        let target_rate = self.setting(from, &TARGET_RATE, damaged);
+        Some(ir::Learner {
+            learning_rate: learning_rate?,
+            discount: discount?,
+            batch: batch? as usize,
+            updates: updates?,
+            replay: replay? as usize,
+            warm_up: warm_up? as usize,
+            target_rate: target_rate?,
+        })
+    }
+
+    fn setting(&mut self, from: &Values<'_>, setting: &Setting, damaged: bool) -> Option<f64> {
+        let Setting { name, usual, within, example } = setting;
+        if !from.values.contains_key(*name) {
+            return Some(*usual);
+        }
+        // Whole numbers where what is usual is counted.
+        let counted = ["batch", "replay", "warm_up"].contains(name);
+        let ty = if counted { Ty::Count } else { Ty::NUMBER };
+        self.bounded(from, name, &ty, *within, example, damaged)
+    }
+
+    /// Whether there is one policy that the search can learn, for each task.
+    pub(in crate::types) fn check_learners(
+        &mut self,
+        search: Option<&ir::Search>,
+        tasks: &Tasks,
+        actuations: &IndexMap<String, ir::Actuation>,
+        policies: &IndexMap<String, ir::Policy>,
+    ) {
+        let Some(curves) = search.and_then(|search| search.curves.as_ref()) else { return };
+        let within_range = match &curves.method {
+            CurveMethod::ActorCritic(_) => true,
+            CurveMethod::QLearning(_) => false,
+            CurveMethod::Annealing(_) | CurveMethod::CmaEs(_) => return,
+        };
+        let learner = curves.method().name();
+        for (_, actuated) in tasks.values() {
+            let mut learned: Option<&str> = None;
+            for (with, place) in actuated.values() {
+                let Some(actuation) = actuations.get(with) else { continue };
+                let misfit = |message: String, label: &str, help: &str| {
+                    Diagnostic::new(Code::MODEL_MISFIT, *place, message).label(label).help(help)
+                };
+                let wrong = if let Some(variable) = actuation.variables.first() {
+                    Some(misfit(
+                        format!(
+                            "`{with}` varies `{}`, and `{learner}` learns the weights of a policy only",
+                            variable.name
+                        ),
+                        "a value that no learner can find",
+                        "give it a fixed value with `let`, or search by `cma_es`, which tunes such values and weights together",
+                    ))
+                } else if let Some(action) = actuation
+                    .actions
+                    .iter()
+                    .find(|action| matches!(action.space, ActionSpace::Continuous(..)) != within_range)
+                {
+                    let (name, other) =
+                        (&action.name, if within_range { "double_dqn" } else { "soft_actor_critic" });
+                    let (is, help) = if within_range {
+                        (
+                            "one of several values",
+                            "let it be within a range, as in `in -1 .. 1`, or search by",
+                        )
+                    } else {
+                        (
+                            "within a range",
+                            "let it be one of several values, as in `in { -1, 0, 1 }`, or search by",
+                        )
+                    };
+                    Some(misfit(
+                        format!(
+                            "the action `{name}` of `{with}` is {is}, and `{learner}` cannot learn such actions"
+                        ),
+                        "not of its kind",
+                        &format!("{help} `{other}`"),
+                    ))
+                } else {
+                    None
+                };
+                if let Some(wrong) = wrong {
+                    self.report(wrong);
+                    return;
+                }
+                for action in &actuation.actions {
+                    if learned.is_some_and(|policy| policy != action.policy) {
+                        self.report(misfit(
+                            format!("`{learner}` learns one policy, and this task has several"),
+                            "leaves actions to another one",
+                            "leave all actions to one policy: it knows all of their inputs",
+                        ));
+                        return;
+                    }
+                    learned = Some(&action.policy);
+                }
+            }
+            let Some((_, place)) = actuated.values().next() else { continue };
+            let Some(name) = learned else {
+                self.report(
+                    Diagnostic::new(
+                        Code::MODEL_MISFIT,
+                        *place,
+                        format!("`{learner}` learns a policy, and no actuation leaves an action to one"),
+                    )
+                    .label("nothing to learn")
+                    .help("leave an action to a policy, as in `action push : Number in -1 .. 1 of brain from [bent(a) / 60 deg]`"),
+                );
+                return;
+            };
+            if let Some(policy) = policies.get(name)
+                && policy.reward.is_none()
+            {
+                self.report(
+                    Diagnostic::new(
+                        Code::MISSING_FIELD,
+                        policy.span,
+                        format!("`{name}` has no `reward`, and `{learner}` learns by one"),
+                    )
+                    .label("says nothing of what is good")
+                    .help("add for example `reward = (first(elements).velocity at now).x / (5 cm/s)`"),
+                );
+                return;
+            }
+        }
+    }
+
+    /// The sizes of hidden layers.
+    fn layers(
+        &mut self,
+        from: &Values<'_>,
+        name: &'static str,
+        usual: &[usize],
+        damaged: bool,
+    ) -> Option<Vec<usize>> {
+        self.hidden(from, name, usual, &Context::new(Stage::Declaration, damaged))
+    }
+}
