@@ -121,6 +121,8 @@ impl Design {
         for id in self.orbit(id) {
             let part = self.parts.get_mut(&id).ok_or(Refusal::Gone)?;
             match attribute {
+                // What hangs on nothing is turned about no port.
+                Settable::Turn if part.held_by.is_none() => {}
                 Settable::Turn => part.turn = normal_turn(value.as_number().ok_or(Refusal::Gone)?),
                 Settable::Param(name) => {
                     in_domain(rules, &part.kind, name, value)?;

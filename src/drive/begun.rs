@@ -8,6 +8,7 @@ use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{RuleSet, Symmetry};
 use grammar_lang::source::{FileId, SourceMap, Span};
 
+use super::policies::TooMany;
 use super::{Drive, uneven};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation, check_begun, run_example};
@@ -41,9 +42,9 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
         let candidate = Candidate::new(rules, Arc::new(derivation));
         for task in rules.tasks.values() {
             let Ok(drive) = Drive::new(&candidate, task) else { continue };
-            if let Some(too_large) = drive.too_large_policy() {
+            if let Some(too_many) = drive.too_many_values() {
                 found.extend(
-                    Some(large_policy(too_large))
+                    Some(too_many_values(&too_many))
                         .filter(|one| found.iter().all(|known| known.span() != one.span())),
                 );
                 continue;
@@ -59,14 +60,10 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
     found
 }
 
-fn large_policy((name, span, weights, most): (&str, Span, usize, usize)) -> Diagnostic {
-    Diagnostic::new(
-        Code::OUT_OF_DOMAIN,
-        span,
-        format!("the policy `{name}` has too many weights for its search"),
-    )
-    .label(format!("{weights} for this body; at most {most} can be tuned"))
-    .help("make `hidden` smaller or its inputs fewer; `annealing` tunes more weights than `cma_es`")
+fn too_many_values(TooMany { name, span, values, most }: &TooMany<'_>) -> Diagnostic {
+    Diagnostic::new(Code::OUT_OF_DOMAIN, *span, format!("`{name}` gives this body too many values for its search"))
+        .label(format!("{values} values in all; at most {most} can be tuned"))
+        .help("vary fewer values, or make `hidden` of a policy smaller; `annealing` tunes more values than `cma_es`")
 }
 
 fn no_value(EvalError { span, reason }: EvalError, example: Where<'_>) -> Diagnostic {

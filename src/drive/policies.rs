@@ -10,6 +10,7 @@ use grammar_lang::source::Span;
 use super::network::Network;
 use super::scope::DriveScope;
 use super::{Drive, Field, Holder};
+use crate::simulate::Unfit;
 
 /// Weights lie within these ends. They are drawn with a deviation of 1.
 pub(super) const WEIGHTS: (f64, f64) = (-8.0, 8.0);
@@ -17,10 +18,21 @@ pub(super) const WEIGHTS: (f64, f64) = (-8.0, 8.0);
 /// What a policy knows is held within these ends.
 const INPUT_LIMIT: f64 = 10.0;
 
-/// The most weights of a policy: a checkpoint and a saved design hold them all.
-const MOST_WEIGHTS: usize = 20_000;
+/// The most values that a search varies: a checkpoint and a saved design hold them all.
+const MOST_VALUES: usize = 20_000;
 /// The same where `cma_es` tunes them: its covariance has a number for each pair, and each generation takes its Cholesky factor.
 const MOST_BY_CMA_ES: usize = 1500;
+
+/// What is varied of a body that has more values than its search can tune.
+#[derive(Clone, Debug)]
+pub(super) struct TooMany<'r> {
+    /// What has the most of them.
+    pub(super) name: &'r str,
+    pub(super) span: Span,
+    /// How many there are in all, and how many may be.
+    pub(super) values: usize,
+    pub(super) most: usize,
+}
 
 /// What answers in the place of a network: by the number of the policy, and what it knows.
 pub(super) type Answer<'a> = dyn FnMut(usize, &[f64]) -> Vec<f64> + 'a;
@@ -100,15 +112,35 @@ impl<'r> Drive<'r> {
         }
     }
 
-    /// The first policy that needs more weights for this body than a search can tune: its name, how many it needs, and how many may be.
+    /// Why a search cannot tune all that is varied of this body, if it cannot.
     #[must_use]
-    pub(super) fn too_large_policy(&self) -> Option<(&'r str, Span, usize, usize)> {
-        let curves = self.candidate.rules.search.curves.as_ref();
+    pub fn untunable(&self) -> Option<Unfit> {
+        let TooMany { name, values, most, .. } = self.too_many_values()?;
+        let reason = format!(
+            "{values} values are varied for this body, most of them for `{name}`, and its search tunes at most {most}"
+        );
+        Some(Unfit { reason })
+    }
+
+    /// What has the most values, if there are more for this body than its search can tune.
+    pub(super) fn too_many_values(&self) -> Option<TooMany<'r>> {
+        let rules = self.candidate.rules;
+        let curves = rules.search.curves.as_ref();
         let is_cma_es = curves.is_some_and(|curves| matches!(curves.method, CurveMethod::CmaEs(_)));
-        let most = if is_cma_es { MOST_BY_CMA_ES } else { MOST_WEIGHTS };
-        let weights = |policy: &PolicyNetwork<'r>| policy.network.weights();
-        let large = self.policies.iter().find(|policy| weights(policy) > most)?;
-        Some((large.name, large.declared.span, weights(large), most))
+        let most = if is_cma_es { MOST_BY_CMA_ES } else { MOST_VALUES };
+        if self.length <= most {
+            return None;
+        }
+        let large = self.policies.iter().max_by_key(|policy| policy.network.weights());
+        let (name, span) = match large {
+            Some(policy) => (policy.name, policy.declared.span),
+            None => {
+                let (_, actuation) = self.actuations.first()?;
+                let largest = actuation.variables.iter().max_by_key(|variable| variable.size)?;
+                (largest.name.as_str(), largest.span)
+            }
+        };
+        Some(TooMany { name, span, values: self.length, most })
     }
 
     /// The actions of an actuation that a policy decides, with their places among all of it.

@@ -97,7 +97,7 @@ pub enum Reference {
 }
 
 /// Values to draw from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum Domain {
     /// Everything between two ends, or every whole number.
     Range {
@@ -110,6 +110,22 @@ pub enum Domain {
     },
     /// These.
     Items(Vec<Value>),
+}
+
+/// Sets are the same whatever the order in which their values were written.
+impl PartialEq for Domain {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Range { low, high, whole }, Self::Range { low: least, high: most, whole: own }) => {
+                (low, high, whole) == (least, most, own)
+            }
+            (Self::Items(items), Self::Items(others)) => {
+                let is_in = |all: &[Value], one: &Value| all.contains(one);
+                items.iter().all(|one| is_in(others, one)) && others.iter().all(|one| is_in(items, one))
+            }
+            _ => false,
+        }
+    }
 }
 
 impl Domain {

@@ -107,6 +107,9 @@ impl<'r> Evaluator<'r> {
     ) -> Result<Self, Failure> {
         let Candidate { rules, derivation, body } = candidate;
         let drive = Drive::new(candidate, task)?;
+        if let Some(unfit) = drive.untunable() {
+            return Err(unfit.into());
+        }
         let settings = settings(&task.model);
         let workers = vec![engine.model.prepare(&body.assembly, &settings)?];
         let fine = engine.model.prepare(&body.assembly, &settings.finer())?;

@@ -290,6 +290,21 @@ const MAY_BE_LEFT_OUT: &[&str] = &[
     "sensors",
     "neutral",
     "pivot",
+    "inputs",
+    "hidden",
+    "every",
+    "reward",
+    "mutation_chance",
+    "mutation_size",
+    "critic",
+    "entropy",
+    "learning_rate",
+    "discount",
+    "batch",
+    "updates",
+    "replay",
+    "warm_up",
+    "target_rate",
 ];
 
 fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result<(), Vec<String>> {
