@@ -20,6 +20,7 @@ pub const LIBRARY: &[(&str, &str)] = &[
     ("std.novelty", include_str!("../std-rules/novelty.sgr")),
     ("std.objectives", include_str!("../std-rules/objectives.sgr")),
     ("std.prototypes", include_str!("../std-rules/prototypes.sgr")),
+    ("std.rewards", include_str!("../std-rules/rewards.sgr")),
     ("std.sensors", include_str!("../std-rules/sensors.sgr")),
     ("std.scenarios", include_str!("../std-rules/scenarios.sgr")),
     ("std.search", include_str!("../std-rules/search.sgr")),

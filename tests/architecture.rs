@@ -12,6 +12,7 @@ const ENGINE: &[&str] = &[
     "simulate",
     "derive",
     "audit",
+    "learn",
     "drive",
     "scenarios",
     "score",

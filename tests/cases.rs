@@ -70,6 +70,8 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("actuate", "actuate"),
     ("sense", "sense"),
     ("policy", "policy"),
+    ("reward", "reward of a policy"),
+    ("learner", "soft_actor_critic, double_dqn"),
     ("action", "action"),
     ("term", "term"),
     ("maximize", "maximize"),

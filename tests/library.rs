@@ -304,10 +304,57 @@ const OTHERS: &[(&str, &str)] = &[
         "use std.actuation { two_sided_pac }
         variant two_sided of \"./codesign.sgr\" { replace actuate bender with two_sided_pac }",
     ),
+    (
+        "grammars/actor.sgr",
+        "grammar actor
+        use std.blocks { cube }
+        use std.actuators { bender }
+        use std.models { hinge_model }
+        use std.objectives { travel }
+        use std.rewards { advance, distance_and_speed }
+        use std.search { actor_critic_learning }
+        begin {
+          place core : cube
+          place leg  : bender to core.left
+        }
+        policy brain { reward = advance(1 cm) + distance_and_speed(4 cm) }
+        actuation learned for a : bender {
+          action push : Angle in -9 deg .. 9 deg of brain from [t / 20 s]
+          drive  angle = push
+        }
+        actuate bender with learned
+        simulate hinge_model for 20 s
+        maximize travel in cm
+        search actor_critic_learning",
+    ),
+    (
+        "grammars/values.sgr",
+        "grammar values
+        use std.blocks { cube }
+        use std.actuators { bender }
+        use std.models { hinge_model }
+        use std.objectives { travel }
+        use std.rewards { milestones }
+        use std.search { q_learning }
+        begin {
+          place core : cube
+          place leg  : bender to core.left
+        }
+        policy brain { reward = milestones(4 mm) }
+        actuation learned for a : bender {
+          action push : Angle in { -9 deg, 9 deg } of brain from [t / 20 s]
+          drive  angle = push
+        }
+        actuate bender with learned
+        simulate hinge_model for 20 s
+        maximize travel in cm
+        search q_learning",
+    ),
 ];
 
 /// Modules whose numbers change no motion and no value.
-const OF_NO_ACT: [&str; 5] = ["std.search", "std.prototypes", "std.gaits", "std.novelty", "std.sensors"];
+const OF_NO_ACT: [&str; 6] =
+    ["std.search", "std.prototypes", "std.gaits", "std.novelty", "std.sensors", "std.rewards"];
 
 #[test]
 fn every_number_of_the_library_changes_the_rule_set() {
@@ -338,6 +385,8 @@ fn every_number_of_the_library_changes_the_rule_set() {
         "grammars/study2_plain.sgr",
         "grammars/novel.sgr",
         "grammars/feeling.sgr",
+        "grammars/actor.sgr",
+        "grammars/values.sgr",
     ];
     let compiled: BTreeMap<&str, RuleSet> =
         entries.iter().map(|e| (*e, compile_texts(&original, e).unwrap())).collect();

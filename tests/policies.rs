@@ -1,7 +1,7 @@
 //! Policies: what networks decide from what sensors read, when, and that searches for their weights are repeatable.
 
 use sgc::derive::{Candidate, Derivation};
-use sgc::drive::Drive;
+use sgc::drive::{Conditions, Drive, Exploration, Explorer};
 use sgc::search::settings;
 use sgc::simulate::{Stop, World, model};
 
@@ -86,6 +86,105 @@ pub(crate) fn learner() -> String {
     );
     text.replace("{ recommended }", "{ gait_evolution }")
         .replace("search recommended", "search gait_evolution")
+}
+
+/// The same with a reward, learned by a method: `push` is within a range, or one of three values.
+pub(crate) fn learner_by(method: &str) -> String {
+    let reward = "reward = ((first(elements).position at now).x - (first(elements).position at before).x) / 1 cm\n  every = 0.1 s }";
+    let text =
+        learner().replace("every = 0.1 s }", reward).replace("use std.search     { gait_evolution }\n", "");
+    let text = match method {
+        "double_dqn" => text.replace("Number in -1 .. 1 of brain", "Number in { -1, 0, 1 } of brain"),
+        _ => text,
+    };
+    let own = if method == "double_dqn" {
+        "exploration = max(5 %, 90 % - 20 % * iteration)"
+    } else {
+        "critic = [8]"
+    };
+    text.replace("search gait_evolution", "search learning")
+        + &format!(
+            "\nsearch learning {{ keep = 80 %  curves {method} {{ {own}  warm_up = 3  batch = 32  replay = 200  iterations = 100  moves = 3  stop = false }} }}\n"
+        )
+}
+
+/// Learning gives the same bits for one thread and for two, and its design evaluates to what it says.
+#[test]
+fn what_is_learned_is_repeatable() {
+    for method in ["soft_actor_critic", "double_dqn"] {
+        let folder = tempfile::tempdir().unwrap();
+        let grammar = folder.path().join("own.sgr");
+        std::fs::write(&grammar, learner_by(method)).unwrap();
+        let run = |name: &str, jobs: &str| {
+            let out = folder.path().join(name);
+            let (file, to) = (grammar.to_string_lossy(), out.to_string_lossy());
+            let command = ["run", &file, "--max-evals", "60", "--jobs", jobs, "--quiet", "--out", &to];
+            let output = crate::command_line::sgc(&command);
+            assert_eq!(
+                output.status.code(),
+                Some(0),
+                "{method}: {}",
+                String::from_utf8_lossy(&output.stderr)
+            );
+            out
+        };
+        let (one, two) = (run("one", "1"), run("two", "2"));
+        let read = |folder: &std::path::Path, file: &str| std::fs::read_to_string(folder.join(file)).unwrap();
+        for file in ["evals.csv", "best.design.json"] {
+            assert_eq!(read(&one, file), read(&two, file), "{method}: {file}");
+        }
+        let again = crate::command_line::sgc(&["eval", &one.to_string_lossy()]);
+        assert!(String::from_utf8_lossy(&again.stderr).contains("exactly the saved value"), "{method}");
+    }
+}
+
+/// A reward reads what was so at the decision before: what it adds up to is how far the core came.
+#[test]
+fn rewards_read_two_decisions() {
+    #[derive(Debug, Default)]
+    struct Still(Vec<f64>, usize);
+    impl Explorer for Still {
+        fn gain(&mut self, reward: f64) {
+            self.0.push(reward);
+        }
+        fn decide(&mut self, known: &[f64]) -> Vec<f64> {
+            self.1 += 1;
+            assert!(known.iter().all(|x| x.abs() <= 10.0));
+            // The first actuator bends, the other does not.
+            vec![2.0, 0.0]
+        }
+    }
+    let text = one_body(
+        "policy brain { hidden = []  every = 100 ms
+           reward = (sum over e in elements of (e.position at now).z - (e.position at before).z) / 1 mm
+             + (if (first(elements).position at before).y > 0 m then 1000 else 0) }",
+        "action push : Angle in -50 deg .. 50 deg of brain from []  drive angle = push",
+    );
+    let rules = compiled(&text);
+    let candidate = Candidate::new(&rules, Derivation::begin(&rules).into());
+    let task = rules.first_task().unwrap();
+    let drive = Drive::new(&candidate, task).unwrap();
+    let mut explorer = Still::default();
+    let weights = vec![0.0; drive.length()];
+    let exploration = Exploration::new(&drive, &weights, &Conditions::nominal(), &mut explorer).unwrap();
+    let mut simulation =
+        model("articulated").unwrap().prepare(&candidate.body.assembly, &settings(&task.model)).unwrap();
+    let motions = simulation.run_cases(Stop::NEVER, &[exploration.case(&World::NOMINAL)]).unwrap();
+    let motion = motions.into_iter().next().unwrap().unwrap();
+    assert!(exploration.failed().is_none());
+    let Still(gained, decisions) = explorer;
+    assert_eq!(gained.len() + 1, decisions);
+    let elements = candidate.body.assembly.elements.len();
+    let came =
+        |time: f64| -> f64 { (0..elements).map(|i| motion.pose(i, time).unwrap().translation.z).sum() };
+    let until = 0.1 * gained.len() as f64;
+    let sum: f64 = gained.iter().map(|reward| reward - 1000.0).sum();
+    assert!(
+        (sum - 1000.0 * (came(until) - came(0.0))).abs() < 0.01,
+        "{sum} mm of {}",
+        came(until) - came(0.0)
+    );
+    assert!(sum.abs() > 1.0, "nothing moved: {sum}");
 }
 
 /// A search for weights gives the same bits for one thread and for two; its design evaluates to what it says, and one with an edited

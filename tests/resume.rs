@@ -225,6 +225,16 @@ fn a_search_for_weights_that_is_killed_and_resumed_ends_as_if_nothing_had_been()
     kill_and_resume(folder.path(), &grammar);
 }
 
+#[test]
+fn a_learner_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
+    for method in ["soft_actor_critic", "double_dqn"] {
+        let folder = tempfile::tempdir().unwrap();
+        let grammar = folder.path().join("learner.sgr");
+        std::fs::write(&grammar, crate::policies::learner_by(method).replace("for 2 s", "for 1 s")).unwrap();
+        kill_and_resume(folder.path(), &grammar);
+    }
+}
+
 /// Kills runs at any time, resumes them with any number of threads, and compares what they leave.
 fn kill_and_resume(folder: &Path, grammar: &Path) {
     let usual = if is_long() { 100 } else { 5 };

@@ -49,8 +49,19 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
                 );
                 continue;
             }
-            let one = match drive.never_has_a_value() {
-                Some(error) => Some(no_value(error, example)),
+            let driven = drive.never_has_a_value().map(|error| {
+                no_value(error, example).help(
+                    "what drives an actuator needs a value at each time of the motion, from `t = 0 s` on",
+                )
+            });
+            let gained = || {
+                drive.reward_fails_at_rest().map(|error| {
+                    no_value(error, example)
+                        .help("a reward needs a value at each decision, also while the body stands still")
+                })
+            };
+            let one = match driven.or_else(gained) {
+                Some(told) => Some(told),
                 None if !matches!(rules.symmetry, Symmetry::Mirror(_)) => None,
                 None => drive.uneven_swing().ok().flatten().map(|(kind, a)| uneven::told(&kind, a, example)),
             };
@@ -69,11 +80,10 @@ fn too_many_values(TooMany { name, span, values, most }: &TooMany<'_>) -> Diagno
 fn no_value(EvalError { span, reason }: EvalError, example: Where<'_>) -> Diagnostic {
     let told =
         Diagnostic::new(Code::NO_VALUE, span, "this has no value, whatever the search varies").label(reason);
-    let told = match example {
+    match example {
         Some((name, span)) => told.also(span, format!("here in `{name}`")),
         None => told,
-    };
-    told.help("what drives an actuator needs a value at each time of the motion, from `t = 0 s` on")
+    }
 }
 
 impl Drive<'_> {

@@ -55,8 +55,7 @@ impl<'r> ControlLaw<'r> {
         let rest = Snapshot::at_rest(&feedback.drive.candidate.body.assembly);
         let rest = rest.measured();
         let mut running = feedback.run();
-        let gained = || feedback.drive.reward(&rest, &rest).err();
-        (0..moments).find_map(|_| running.moment(&rest).err()).or_else(gained)
+        (0..moments).find_map(|_| running.moment(&rest).err())
     }
 
     /// Whether an actuation reacts, so that what actuators are asked for is not known before the motion is.

@@ -39,7 +39,7 @@ use scope::DriveScope;
 pub type Parameters = Vec<f64>;
 
 /// Who has a run of values of their own.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 enum Holder {
     /// All actuators, whatever actuates them.
     Everyone,
@@ -47,8 +47,8 @@ enum Holder {
     Body,
     /// One actuator and its images.
     Actuator(PartId),
-    /// All actuators of a group, by the number that they share.
-    Group(f64),
+    /// All actuators of a group, by the numbers that they share.
+    Group(Vec<f64>),
     /// A policy, by its index in [`Drive::policies`]: its weights.
     Policy(usize),
 }
@@ -131,22 +131,27 @@ impl<'r> Drive<'r> {
                 Owner::Everyone => Holder::Everyone,
                 Owner::Body => Holder::Body,
                 Owner::Actuator => Holder::Actuator(original),
-                Owner::Group(number) => {
+                Owner::Group(group) => {
                     let scope = DesignScope::new(rules, &derivation);
                     let own = Value::Reference(Reference::Part(original));
-                    Holder::Group(match evaluate(number, &scope, &mut vec![own])? {
-                        Value::Bool(yes) => f64::from(u8::from(yes)),
+                    let number = |value: &Value| match value {
+                        Value::Bool(yes) => f64::from(u8::from(*yes)),
                         value => value.as_number().unwrap_or(0.0),
+                    };
+                    Holder::Group(match evaluate(group, &scope, &mut vec![own])? {
+                        Value::List(items) => items.iter().map(number).collect(),
+                        value => vec![number(&value)],
                     })
                 }
             };
-            let known = |f: &Field| match holder {
+            let known = |f: &Field| match &holder {
                 Holder::Everyone => {
                     f.holder == holder && self.variable(f).is_some_and(|other| other.name == variable.name)
                 }
-                _ => (f.actuation, f.variable, f.holder) == (index, i, holder),
+                _ => (f.actuation, f.variable, &f.holder) == (index, i, &holder),
             };
-            fields.push(self.fields.iter().position(known).unwrap_or_else(|| {
+            let known = self.fields.iter().position(known);
+            fields.push(known.unwrap_or_else(|| {
                 self.fields.push(Field { actuation: index, variable: i, holder, start: self.length });
                 self.length += variable.size.unwrap_or(1);
                 self.fields.len() - 1
@@ -193,10 +198,13 @@ impl<'r> Drive<'r> {
         let mut labels = Vec::with_capacity(self.length);
         for field in &self.fields {
             let Some(variable) = self.variable(field) else { continue };
-            let whose = match field.holder {
+            let whose = match &field.holder {
                 Holder::Everyone | Holder::Body | Holder::Policy(_) => String::new(),
-                Holder::Actuator(id) => format!(" of {}", name(id)),
-                Holder::Group(number) => format!(" of group {number}"),
+                Holder::Actuator(id) => format!(" of {}", name(*id)),
+                Holder::Group(numbers) => {
+                    let numbers: Vec<_> = numbers.iter().map(ToString::to_string).collect();
+                    format!(" of group {}", numbers.join(", "))
+                }
             };
             match variable.size {
                 None => labels.push(format!("{}{whose}", variable.name)),

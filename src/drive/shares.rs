@@ -73,7 +73,7 @@ impl Drive<'_> {
                 }
                 _ => {
                     from.actuations.get(other.actuation).is_some_and(|(other, _)| other == name)
-                        && (other.variable, other.holder) == (field.variable, field.holder)
+                        && (other.variable, &other.holder) == (field.variable, &field.holder)
                 }
             });
             let size = variable.size.unwrap_or(1);

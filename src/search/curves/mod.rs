@@ -173,7 +173,7 @@ impl<'a> Tuner<'a> {
             Some(CurveMethod::Annealing(annealing)) => annealing.chains.unwrap_or(1),
             Some(_) | None => 1,
         };
-        let mut learner = method.and_then(Method::of).and_then(|method| self.learner(method));
+        let learner = method.and_then(Method::of).and_then(|method| self.learner(method));
         let starts: Vec<Parameters> = match &learner {
             Some((_, policy)) => vec![policy.clone()],
             None => (0..chains).map(|chain| self.start(chain)).collect(),
@@ -193,14 +193,12 @@ impl<'a> Tuner<'a> {
             }
         }
         let course = Course::new(self.task().objective.direction, best(&now));
-        now.loops = Some(match method {
-            Some(CurveMethod::CmaEs(cma_es)) => {
+        now.loops = Some(match (learner, method) {
+            (Some((agent, _)), _) => Curves::Learning(Box::new(Learning::begin(agent, course))),
+            (None, Some(CurveMethod::CmaEs(cma_es))) => {
                 Curves::Distribution(self.distribution(&starts[0], cma_es.spread, course))
             }
-            _ if let Some((agent, _)) = learner.take() => {
-                Curves::Learning(Box::new(Learning::begin(agent, course)))
-            }
-            _ => Curves::Chains(annealing::chains(starts, fitness, course)),
+            (None, _) => Curves::Chains(annealing::chains(starts, fitness, course)),
         });
         (*tuning, *spent) = (now, counted);
         Ok(if method.is_some() { Progress::More } else { Progress::Done })

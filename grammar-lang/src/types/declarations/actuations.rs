@@ -8,6 +8,7 @@ use crate::ir::{self, Expr, ExprKind, Group, Ty};
 use crate::names::Declaration;
 use crate::syntax::ast::{self, ActuationClause, Name};
 use crate::types::expressions::context::{Context, Local};
+use crate::types::expressions::fit::article;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
@@ -427,19 +428,34 @@ impl Declarations<'_> {
         // Only the actuator itself is known: its variables are what is being declared.
         let mut cx = Context { stage: Stage::Derivation, ..cx.clone() };
         cx.locals.truncate(1);
-        let value = self.expressions.infer(per, &mut cx);
-        match value.ty {
-            Ty::Count | Ty::Quantity(_) | Ty::Enum(_) | Ty::Bool => Some(ir::Owner::Group(value)),
-            Ty::Unknown => None,
-            ref other => {
-                self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, per.span, "actuators are grouped by a number")
-                        .label(format!("this is a {other}"))
-                        .help("write for example `per a.channel`"),
-                );
-                None
+        // Each by itself: what groups by several things need not be of one type.
+        let several = match &per.kind {
+            ast::ExprKind::List(items) if !items.is_empty() => items.as_slice(),
+            _ => std::slice::from_ref(per),
+        };
+        let mut values = Vec::with_capacity(several.len());
+        for one in several {
+            let value = self.expressions.infer(one, &mut cx);
+            match value.ty {
+                Ty::Count | Ty::Quantity(_) | Ty::Enum(_) | Ty::Bool => values.push(value),
+                Ty::Unknown => return None,
+                ref other => {
+                    self.report(
+                        Diagnostic::new(Code::WRONG_TYPE, one.span, "actuators are grouped by a number")
+                            .label(format!("this is {}", article(other)))
+                            .help("write for example `per a.channel`, or `per [a is finger, a.level]` for several at once"),
+                    );
+                    return None;
+                }
             }
         }
+        let is_one = !matches!(per.kind, ast::ExprKind::List(_));
+        let whole = |values| Expr {
+            kind: ExprKind::List(values),
+            ty: Ty::List(Box::new(Ty::NUMBER)),
+            span: per.span,
+        };
+        Some(ir::Owner::Group(values.pop().filter(|_| is_one).unwrap_or_else(|| whole(values))))
     }
 
     fn variable(&mut self, variable: &ast::Variable, cx: &Context) -> Option<ir::Variable> {
