@@ -438,6 +438,44 @@ fn actuators_of_a_group_share_their_curves() {
     }
 }
 
+/// Several numbers group together: those of one channel that have as many segments.
+#[test]
+fn actuators_are_grouped_by_several_things() {
+    let text = "
+    actuator finger {
+      param channel : Count in 0 .. 2 = 0
+      param strong : Bool = false
+      segment = cylinder(9 mm, 2 cm)
+      density = 1 g/cm^3
+      friction = 0.8
+      bend = -90 deg .. 90 deg
+      bending_speed = 95 deg/s
+      relaxing_speed = 40 deg/s
+      torque = 0.06 N*m/rad
+      stiffness = 0.3 N*m/rad^2
+      damping = 0.01 N*m*s/rad^2
+    }
+    actuation groups for a : actuator {
+      vary   bend : Angle in 0 deg .. 90 deg per [a.strong, a.channel] mutate 0.5 by normal(0 deg, 9 deg)
+      drive  angle = bend
+    }
+    actuate finger with groups
+    begin {
+      place core : cube
+      place a : finger(channel = 1) to core.left
+      place b : finger(channel = 1, strong = true) to core.right
+      place c : finger(channel = 1) to core.front
+      place d : finger(channel = 2) to core.back
+    }";
+    let rules = rules(text);
+    let made = Arc::new(Derivation::begin(&rules));
+    let drive = Drive::new(&Candidate::new(&rules, made), &rules.tasks[0]).unwrap();
+    let labels = drive.labels(|id| id.to_string());
+    assert_eq!(labels, ["bend of group 0, 1", "bend of group 1, 1", "bend of group 0, 2"]);
+    let targets = drive.targets(&[0.1, 0.2, 0.3]).unwrap();
+    assert_eq!(targets.angles[..4], [0.1, 0.2, 0.1, 0.3]);
+}
+
 fn drive_channel(rules: &RuleSet, id: &sgc::design::PartId) -> f64 {
     let made = example(rules).unwrap();
     made.design.parts[id].params["channel"].as_number().unwrap()

@@ -94,10 +94,10 @@ impl QLearning {
         let mut wrong = vec![0.0; values.outputs().len()];
         let share = 1.0 / (samples * actions.max(1)) as f32;
         for (action, (from, count)) in self.groups().enumerate() {
-            for column in 0..samples {
+            for (column, worth) in worth.iter().enumerate() {
                 let done = batch.done[action * samples + column] as usize;
                 let place = (from + done.min(count - 1)) * samples + column;
-                let error = values.outputs()[place] - worth[column];
+                let error = values.outputs()[place] - worth;
                 wrong[place] = share * error.clamp(-MOST_WRONG, MOST_WRONG);
             }
         }

@@ -35,13 +35,13 @@ fn gradients_are_what_differences_are() {
             let close = |a: f64, b: f64| (a - b).abs() < 0.02 * (1.0 + b.abs());
             !close(before, after) || close(f64::from(found), 0.5 * (before + after))
         };
-        for place in 0..network.len() {
+        for (place, gradient) in gradients.iter().enumerate() {
             let at = |step: f32| {
                 let mut other = network.clone();
                 other.weights[place] += step;
                 sum(&other, &inputs)
             };
-            assert!(is_slope(&at, gradients[place]), "weight {place} of {hidden:?}");
+            assert!(is_slope(&at, *gradient), "weight {place} of {hidden:?}");
         }
         for place in 0..inputs.len() {
             let at = |step: f32| {

@@ -10,6 +10,7 @@ use super::replay::{Driven, How, Precision, candidate};
 use super::saved::{Check, InWorld, Measured, SavedDesign, SavedTask};
 use crate::derive::Candidate;
 use crate::scenarios::{self, Scenario};
+use crate::score;
 use crate::search::keeps;
 use crate::simulate::{Invalid, SolverName, Stop};
 
@@ -84,21 +85,42 @@ fn opinions(candidate: &Candidate<'_>, saved: &SavedTask, model: How<'_>) -> Vec
     let mut checks: Vec<Check> = others
         .into_par_iter()
         .map(|(name, how)| {
-            let value = values(candidate, saved, &[Scenario::nominal()], how);
-            let value = value.map(|values| values.into_iter().next());
-            let measured = match &value {
-                Err(DesignError::Unfit(_)) | Ok(Some(Err(Invalid::BeyondLimits | Invalid::Unfit))) => {
+            let opinion = opinion(candidate, saved, how);
+            let measured = match &opinion {
+                Err(DesignError::Unfit(_)) | Ok(Err(Invalid::BeyondLimits | Invalid::Unfit)) => {
                     Measured::Unable
+                }
+                // Its contacts are soft: what stands on little feet may sink, and is stuck there.
+                Ok(Ok((value, depth))) if name == RAPIER && *depth > 0.0 => {
+                    let own = Check::new(name, Measured::Value, Ok(*value));
+                    let agrees = verdict(candidate.rules, saved, &own) == Verdict::Confirmed;
+                    return if agrees { own } else { Check::new(name, Measured::Sunk, Ok(*depth)) };
                 }
                 _ => Measured::Value,
             };
             // A check without a value does not confirm: the best stands, and says so.
-            let value = value.and_then(|value| Ok(value.unwrap_or(Err(Invalid::NotFinite))?));
+            let value = opinion.and_then(|opinion| Ok(opinion.map(|(value, _)| value)?));
             Check::new(name, measured, value)
         })
         .collect();
     checks.sort_by_key(|check| [HALF_STEP, EIGHTH, RAPIER].iter().position(|name| *name == check.name));
     checks
+}
+
+/// The value in the nominal world, and how far the centre of an element gets below the floor, m; zero if none does.
+fn opinion(
+    candidate: &Candidate<'_>,
+    saved: &SavedTask,
+    how: How<'_>,
+) -> Result<Result<(f64, f64), Invalid>, DesignError> {
+    let driven = Driven::new(candidate, saved, how.precision)?;
+    let nominal = Scenario::nominal();
+    let motion = match driven.motion_in(&nominal, how.solver, how.stop)? {
+        Ok(motion) => motion,
+        Err(why) => return Ok(Err(why)),
+    };
+    let value = score::objective(driven.recording(&motion, Some(&nominal)))?;
+    Ok(Ok((value, motion.depth())))
 }
 
 /// What was given up says nothing.
@@ -212,7 +234,7 @@ impl Verdict {
 /// What a cross-check says of the value of a task. Both must be as good as the share of the other that the search asks for.
 #[must_use]
 pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
-    if check.measured == Measured::Unable {
+    if matches!(check.measured, Measured::Unable | Measured::Sunk) {
         return Verdict::Silent;
     }
     let Some((task, other)) = rules.tasks.get(&saved.name).zip(check.value) else { return Verdict::Refuted };
@@ -226,7 +248,7 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
         Measured::Value if !keeps(rules, task, saved.in_nominal(), other) => Verdict::Worse,
         Measured::Value if !keeps(rules, task, other, saved.in_nominal()) => Verdict::Better,
         Measured::Value => Verdict::Confirmed,
-        Measured::Unable => Verdict::Silent,
+        Measured::Unable | Measured::Sunk => Verdict::Silent,
     }
 }
 
@@ -249,6 +271,12 @@ pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: 
     let direction = rules.tasks.get(&saved.name).map_or(rules.objective.direction, |t| t.objective.direction);
     match (check.value, check.measured) {
         (_, Measured::Unable) => "no second opinion: it cannot hold the joints of this body".to_owned(),
+        (depth, Measured::Sunk) => {
+            let depth = describe::quantity(1000.0 * depth.unwrap_or(0.0), "mm");
+            format!(
+                "no second opinion: its floor is soft, and an element sinks in to {depth} below its centre"
+            )
+        }
         (None, _) => check.why.clone().unwrap_or_else(|| "the motion is not valid".to_owned()),
         (Some(value), Measured::Value) => {
             describe::quantity(design.less_penalties(direction, value), &saved.unit)

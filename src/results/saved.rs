@@ -72,6 +72,8 @@ pub enum Measured {
     Work,
     /// Nothing: the solver cannot simulate such a body.
     Unable,
+    /// How far the centre of an element sinks below the floor, m: what comes of such a motion says nothing.
+    Sunk,
 }
 
 impl Measured {

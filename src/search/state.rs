@@ -302,8 +302,8 @@ pub(super) struct Learning {
 /// The networks that learn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Agent {
-    ActorCritic(ActorCritic),
-    QLearning(QLearning),
+    ActorCritic(Box<ActorCritic>),
+    QLearning(Box<QLearning>),
 }
 
 /// Where the annealing of curves stands.

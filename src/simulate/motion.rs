@@ -155,6 +155,15 @@ impl Motion {
         Some(body * placement.local)
     }
 
+    /// How far the centre of an element gets below the floor at most, m, in recorded frames; zero if none does.
+    #[must_use]
+    pub fn depth(&self) -> f64 {
+        let times = (0..self.frames()).map(|frame| self.time(frame));
+        let heights = times
+            .flat_map(|time| (0..self.placements.len()).filter_map(move |element| self.pose(element, time)));
+        -heights.map(|pose| pose.translation.y).fold(0.0, f64::min)
+    }
+
     /// The height in m of the lowest point of an element at time `t`; `None`
     /// for an element that does not exist.
     #[must_use]
