@@ -449,13 +449,11 @@ impl Declarations<'_> {
                 }
             }
         }
-        let is_one = !matches!(per.kind, ast::ExprKind::List(_));
-        let whole = |values| Expr {
-            kind: ExprKind::List(values),
-            ty: Ty::List(Box::new(Ty::NUMBER)),
-            span: per.span,
-        };
-        Some(ir::Owner::Group(values.pop().filter(|_| is_one).unwrap_or_else(|| whole(values))))
+        if let (false, Some(value)) = (matches!(per.kind, ast::ExprKind::List(_)), values.first()) {
+            return Some(ir::Owner::Group(value.clone()));
+        }
+        let ty = Ty::List(Box::new(Ty::NUMBER));
+        Some(ir::Owner::Group(Expr { kind: ExprKind::List(values), ty, span: per.span }))
     }
 
     fn variable(&mut self, variable: &ast::Variable, cx: &Context) -> Option<ir::Variable> {
