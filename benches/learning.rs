@@ -13,7 +13,7 @@ use grammar_lang::source::SourceMap;
 use sgc::derive::random::Stream;
 use sgc::derive::{Candidate, Derivation};
 use sgc::drive::Drive;
-use sgc::learn::{ActorCritic, ActorCriticSettings, Episode, QLearning, QLearningSettings, Rates, Replay};
+use sgc::learn::{ActorCritic, ActorCriticSettings, Episode, QLearning, Rates, Replay};
 use sgc::loader::Files;
 use sgc::search::settings;
 use sgc::simulate::{Stop, World, model};
@@ -41,7 +41,7 @@ fn main() {
         let ends = of_values.ends();
         least[0] = least[0].min(timed(|| {
             for _ in 0..STEPS {
-                values.learn(&of_values, &ends, QLearningSettings { rates: RATES }, &mut random);
+                values.learn(&of_values, &ends, RATES, &mut random);
             }
         }));
         let ends = of_actor.ends();

@@ -74,6 +74,29 @@ fn the_reserved_words_are_those_of_the_parser() {
     assert!(seen > 40, "{seen} words");
 }
 
+/// The names that no declaration can have, because they are built in, are all on the page, and no others.
+#[test]
+fn the_built_in_names_are_those_of_the_language() {
+    use grammar_lang::ir::{Function, Word};
+    let page = read("docs/language.md");
+    let (_, section) = page.split_once("word or function either (E0212):").unwrap();
+    let list = section.trim_start().split("\n\n").next().unwrap();
+    let listed: Vec<&str> = list.split('`').filter(|word| !word.trim().is_empty()).collect();
+    let is_built_in = |word: &str| {
+        let mut sources = grammar_lang::source::SourceMap::default();
+        let entry = sources.add("own.sgr", format!("let {word} = 1\n"));
+        let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
+        // What is reserved stands in the other list.
+        compiled.diagnostics.iter().any(|found| ["E0212", "E0103"].contains(&found.code.id))
+    };
+    for word in &listed {
+        assert!(is_built_in(word), "`{word}` is not built in");
+    }
+    for word in Word::ALL.iter().map(|w| w.text()).chain(Function::ALL.iter().map(|f| f.text())) {
+        assert!(listed.contains(&word), "`{word}` is built in, and not on the page");
+    }
+}
+
 #[test]
 fn every_block_of_the_documentation_is_free_of_findings() {
     let mut pages: Vec<String> = std::fs::read_dir(root().join("docs"))

@@ -143,12 +143,6 @@ impl ActorCritic {
         middles.iter().zip(deviations).map(draw).collect()
     }
 
-    /// What draws may be kept of for another actor: how warm it is.
-    #[must_use]
-    pub fn temperature(&self) -> f32 {
-        libm::expf(self.log_temperature)
-    }
-
     /// Draws for a batch, by what its actor came to.
     fn draw(&self, outputs: &[f32], samples: usize, random: &mut Stream) -> Drawn {
         let (middles, logs) = outputs.split_at(self.actions * samples);

@@ -14,7 +14,7 @@ mod tanh;
 
 pub use actor_critic::{ActorCritic, ActorCriticSettings};
 pub use layers::Layers;
-pub use q_learning::{QLearning, QLearningSettings};
+pub use q_learning::QLearning;
 pub use replay::{Episode, Replay};
 
 /// What every learner is told of its networks.

@@ -14,13 +14,6 @@ const FIRST_OUTPUTS: f32 = 0.1;
 /// A worth that is wrong by more counts as if it were wrong by so much (Huber's loss).
 const MOST_WRONG: f32 = 1.0;
 
-/// How it learns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct QLearningSettings {
-    /// What every learner is told.
-    pub rates: Rates,
-}
-
 /// A network that says what each value of each action is worth, and one that follows it slowly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct QLearning {
@@ -68,14 +61,7 @@ impl QLearning {
     }
 
     /// Learns from decisions that are drawn from a replay.
-    pub fn learn(
-        &mut self,
-        replay: &Replay,
-        ends: &[usize],
-        settings: QLearningSettings,
-        random: &mut Stream,
-    ) {
-        let rates = settings.rates;
+    pub fn learn(&mut self, replay: &Replay, ends: &[usize], rates: Rates, random: &mut Stream) {
         let (samples, actions) = (rates.batch, self.values.len());
         let batch = replay.draw(ends, (self.own.inputs(), actions), samples, random);
         // The own network says what is done next, the other what that is worth.

@@ -150,7 +150,7 @@ fn a_q_network_goes_where_it_gains_most() {
         replay.add(one, 2000);
         let ends = replay.ends();
         for _ in 0..20 {
-            agent.learn(&replay, &ends, QLearningSettings { rates: RATES }, &mut random);
+            agent.learn(&replay, &ends, RATES, &mut random);
         }
     }
     let act = |at: f32| agent.explore(&[at], 0.0, &mut Stream::named(0, ""))[0] as f32 - 1.0;

@@ -12,6 +12,7 @@ use super::over_nothing::facts_of;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
+    constant_rewards(ruleset, findings);
     let of_tasks = ruleset.tasks.values().map(|task| (&task.objective, facts_of(known, task)));
     let of_all = ruleset.objectives().map(|objective| (objective, known.facts.clone()));
     for (objective, facts) in of_tasks.chain(of_all) {
@@ -52,6 +53,26 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 .label(format!("always {}", shown(value, dimension)))
                 .help("let the objective read the motion or the design, as in `maximize travel in cm`"),
         );
+    }
+}
+
+/// Rewards that are the same whatever a policy decides.
+fn constant_rewards(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+    for policy in ruleset.policies.values() {
+        let Some(reward) = &policy.reward else { continue };
+        let is_now =
+            |e: &Expr| matches!(&e.kind, ExprKind::At(_, time) if time.kind == ExprKind::Word(Word::Now));
+        if !reward.any(&mut |e| is_now(e)) {
+            findings.push(
+                Diagnostic::new(
+                    Code::CONSTANT_AIM,
+                    reward.span,
+                    "this reward does not read what a decision came to",
+                )
+                .label("whatever the policy decides, it stays the same")
+                .help("read what is so now, as in `(first(elements).velocity at now).x / (5 cm/s)`"),
+            );
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use super::{Progress, Tuner, best};
 use crate::derive::Candidate;
 use crate::derive::random::Stream;
 use crate::drive::{Decision, Explorer, Parameters};
-use crate::learn::{self, ActorCriticSettings, Episode, QLearningSettings, Rates, Replay};
+use crate::learn::{self, ActorCriticSettings, Episode, Rates, Replay};
 
 /// Actions at the very ends of a range have no finite value before `tanh`.
 const NEAR_THE_END: f64 = 0.999;
@@ -95,7 +95,7 @@ impl Agent {
                 agent.learn(replay, ends, settings, random);
             }
             (Self::QLearning(agent), Method::QLearning(_)) => {
-                agent.learn(replay, ends, QLearningSettings { rates }, random);
+                agent.learn(replay, ends, rates, random);
             }
             // An agent is begun with the method that it goes on with.
             (Self::ActorCritic(_), Method::QLearning(_)) | (Self::QLearning(_), Method::ActorCritic(_)) => {}
@@ -311,7 +311,7 @@ impl Tuner<'_> {
         if ends.is_empty() {
             return true;
         }
-        let mut random = self.stream(&format!("learning {}", next.course.iteration));
+        let mut random = self.stream(&format!("learning after {}", next.motions));
         let steps = libm::round(made as f64 * method.learner().updates) as usize;
         let Learning { agent, replay, .. } = next;
         let bounds = self.bounds;

@@ -108,7 +108,7 @@ impl Declarations<'_> {
             CurveMethod::Annealing(_) | CurveMethod::CmaEs(_) => return,
         };
         let learner = curves.method().name();
-        for (_, actuated) in tasks.values() {
+        for (task, actuated) in tasks.values() {
             let mut learned: Option<&str> = None;
             for (with, place) in actuated.values() {
                 let Some(actuation) = actuations.get(with) else { continue };
@@ -192,6 +192,20 @@ impl Declarations<'_> {
                     )
                     .label("says nothing of what is good")
                     .help("add for example `reward = (first(elements).velocity at now).x / (5 cm/s)`"),
+                );
+                return;
+            }
+            let every = policies.get(name).and_then(|policy| policy.every);
+            if every.is_some_and(|every| 2.0 * every > task.model.duration) {
+                let duration = crate::units::shown(task.model.duration, crate::units::Dimension::TIME);
+                self.report(
+                    Diagnostic::new(
+                        Code::MODEL_MISFIT,
+                        *place,
+                        format!("`{name}` hardly decides in a motion of {duration}, and `{learner}` learns from what lies between two decisions"),
+                    )
+                    .label("too few decisions")
+                    .help("make `every` of the policy shorter, such as `every = 0.2 s`, or the motion longer"),
                 );
                 return;
             }
