@@ -386,14 +386,8 @@ fn a_choice_may_depend_on_the_size_of_the_design() {
     assert!(derivation.design.parts.len() > 3);
 }
 
-#[test]
-fn actuators_of_a_group_share_their_curves() {
-    let text = "
-    pattern rest = 0 deg
-    actuator finger {
-      param segments : Count in 2 .. 9 = 3
-      param channel : Count in 0 .. 2 = 0
-      segment = cylinder(9 mm, 2 cm)
+/// What a finger is made of.
+const FINGER: &str = "segment = cylinder(9 mm, 2 cm)
       density = 1 g/cm^3
       friction = 0.8
       bend = -90 deg .. 90 deg
@@ -401,7 +395,16 @@ fn actuators_of_a_group_share_their_curves() {
       relaxing_speed = 40 deg/s
       torque = 0.06 N*m/rad
       stiffness = 0.3 N*m/rad^2
-      damping = 0.01 N*m*s/rad^2
+      damping = 0.01 N*m*s/rad^2";
+
+#[test]
+fn actuators_of_a_group_share_their_curves() {
+    let text = "
+    pattern rest = 0 deg
+    actuator finger {
+      param segments : Count in 2 .. 9 = 3
+      param channel : Count in 0 .. 2 = 0
+      FINGER
     }
     actuation shared_valves for a : actuator {
       shared period : Time in 1 s .. 2 s mutate 0.5 by normal(0 s, 1 s)
@@ -421,7 +424,7 @@ fn actuators_of_a_group_share_their_curves() {
       step b = leg(p = core, q = core.right, c = 2)
       step c = leg(p = core, q = core.front, c = 1)
     }";
-    let rules = rules(text);
+    let rules = rules(&text.replace("FINGER", FINGER));
     let made = Arc::new(example(&rules).unwrap());
     let drive = Drive::new(&Candidate::new(&rules, made), &rules.tasks[0]).unwrap();
     // One period, a pair of bends for each of two channels, one switch for each of three fingers.
@@ -446,15 +449,7 @@ fn actuators_are_grouped_by_several_things() {
       param segments : Count in 2 .. 9 = 3
       param channel : Count in 0 .. 2 = 0
       param strong : Bool = false
-      segment = cylinder(9 mm, 2 cm)
-      density = 1 g/cm^3
-      friction = 0.8
-      bend = -90 deg .. 90 deg
-      bending_speed = 95 deg/s
-      relaxing_speed = 40 deg/s
-      torque = 0.06 N*m/rad
-      stiffness = 0.3 N*m/rad^2
-      damping = 0.01 N*m*s/rad^2
+      FINGER
     }
     actuation groups for a : actuator {
       vary   bend : Angle in 0 deg .. 90 deg per [a.strong, a.channel] mutate 0.5 by normal(0 deg, 9 deg)
@@ -468,7 +463,7 @@ fn actuators_are_grouped_by_several_things() {
       place three : finger(channel = 1) to core.front
       place four : finger(channel = 2) to core.back
     }";
-    let rules = rules(text);
+    let rules = rules(&text.replace("FINGER", FINGER));
     let made = Arc::new(Derivation::begin(&rules));
     let drive = Drive::new(&Candidate::new(&rules, made), &rules.tasks[0]).unwrap();
     let labels = drive.labels(|id| id.to_string());
