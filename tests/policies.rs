@@ -156,7 +156,7 @@ fn rewards_read_two_decisions() {
     }
     let text = one_body(
         "policy brain { hidden = []  every = 100 ms
-           reward = (sum over e in elements of (e.position at now).z - (e.position at before).z) / 1 mm
+           reward = (sum over e in elements of (e.position at now).z - (e.position at before).z) / 1 mm * (100 ms / (now - before))
              + (if (first(elements).position at before).y > 0 m then 1000 else 0) }",
         "action push : Angle in -50 deg .. 50 deg of brain from []  drive angle = push",
     );

@@ -124,7 +124,9 @@ impl Drive<'_> {
     /// Why the reward of the one policy has no value while the body is at rest, if it has none.
     pub(super) fn reward_fails_at_rest(&self) -> Option<EvalError> {
         let rest = Snapshot::at_rest(&self.candidate.body.assembly);
-        self.reward(&rest.measured(), &rest.measured()).err()
+        let pace = self.decision().map_or(1, |decision| decision.pace);
+        let later = rest.clone().at(pace as f64 * self.task.model.control);
+        self.reward(&later.measured(), &rest.measured()).err()
     }
 
     /// What the one policy gains between two moments; nothing if it has no reward.

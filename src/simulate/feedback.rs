@@ -83,6 +83,12 @@ impl Snapshot {
         }
     }
 
+    /// The same at another time, s.
+    #[must_use]
+    pub fn at(self, time: f64) -> Self {
+        Self { time, ..self }
+    }
+
     /// What is measured of it.
     #[must_use]
     pub fn measured(&self) -> Measured<'_> {
