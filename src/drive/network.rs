@@ -50,6 +50,8 @@ impl Network {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::derive::random::Stream;
+    use crate::learn::{ActorCritic, QLearning};
 
     #[test]
     fn a_small_network_answers_what_is_worked_out_by_hand() {
@@ -67,6 +69,33 @@ mod tests {
         let linear = Network::new(2, &[], 1);
         let [answer] = linear.answer(&[1.0, 2.0, 3.0], &[x, y])[..] else { panic!("one output") };
         assert!((answer - (1.0 + (2.0 * x + 3.0 * y) / root)).abs() < 1e-14);
+    }
+
+    /// What learners learn in `f32`, a policy answers: both have their weights in one order.
+    #[test]
+    fn learned_weights_are_those_of_the_network() {
+        let mut random = Stream::named(11, "weights");
+        let known = [0.3, -0.8, 1.2];
+        let own: Vec<f32> = known.iter().map(|x| *x as f32).collect();
+        let mut actor = ActorCritic::new(3, &[5, 4], 2, &[6], &mut random);
+        let network = Network::new(3, &[5, 4], 2);
+        let weights: Vec<f64> = (0..network.weights()).map(|_| random.normal(0.0, 1.0)).collect();
+        assert_eq!(actor.policy().len(), weights.len());
+        actor.begin_with(&weights);
+        let learned = actor.actor_answer(&own);
+        for (answer, learned) in network.answer(&weights, &known).iter().zip(&learned) {
+            assert!((answer - f64::from(*learned)).abs() < 1e-5, "{answer} {learned}");
+        }
+        let mut values = QLearning::new(3, &[5, 4], vec![3, 2], &mut random);
+        let network = Network::new(3, &[5, 4], 5);
+        for _ in 0..20 {
+            let weights: Vec<f64> = (0..network.weights()).map(|_| random.normal(0.0, 1.0)).collect();
+            values.begin_with(&weights);
+            let answer = network.answer(&weights, &known);
+            let greatest = |of: &[f64]| (0..of.len()).max_by(|a, b| of[*a].total_cmp(&of[*b])).unwrap();
+            let best = [greatest(&answer[..3]), greatest(&answer[3..])];
+            assert_eq!(values.explore(&own, 0.0, &mut random), best);
+        }
     }
 
     #[test]

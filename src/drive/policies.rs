@@ -10,10 +10,11 @@ use grammar_lang::source::Span;
 use super::network::Network;
 use super::scope::DriveScope;
 use super::{Drive, Field, Holder};
+use crate::learn::GREATEST;
 use crate::simulate::Unfit;
 
 /// Weights lie within these ends. They are drawn with a deviation of 1.
-pub(super) const WEIGHTS: (f64, f64) = (-8.0, 8.0);
+const WEIGHTS: (f64, f64) = (-GREATEST as f64, GREATEST as f64);
 
 /// What a policy knows is held within these ends.
 const INPUT_LIMIT: f64 = 10.0;

@@ -127,7 +127,7 @@ impl ActorCritic {
 
     /// What the actor comes to for what is known.
     #[cfg(test)]
-    pub(super) fn actor_answer(&self, known: &[f32]) -> Vec<f32> {
+    pub(crate) fn actor_answer(&self, known: &[f32]) -> Vec<f32> {
         self.actor.answer(known)
     }
 
@@ -154,9 +154,8 @@ impl ActorCritic {
             middles.iter().zip(&deviations).zip(&noise).map(|((m, d), e)| m + d * e).collect();
         tanh(&mut actions);
         let mut log_likelihoods = vec![0.0; samples];
-        for (((actions, noise), logs), _) in
-            rows(&actions, samples).zip(rows(&noise, samples)).zip(rows(&logs, samples)).zip(0..self.actions)
-        {
+        let rows = |values| <[f32]>::chunks_exact(values, samples);
+        for ((actions, noise), logs) in rows(&actions).zip(rows(&noise)).zip(rows(&logs)) {
             for (((sum, a), e), log) in log_likelihoods.iter_mut().zip(actions).zip(noise).zip(logs) {
                 *sum += -0.5 * e * e - log - HALF_LOG_TAU - libm::logf(1.0 - a * a + LEAST);
             }
@@ -233,6 +232,7 @@ impl ActorCritic {
         let gradients = self.actor.of_weights(&values, worth);
         let [actor, warmth] = &mut self.steps;
         actor.step(&mut self.actor.weights, &gradients, settings.rates.learning_rate);
+        self.actor.hold();
         let entropy = settings.entropy * self.actions as f32;
         let mean = drawn.log_likelihoods.iter().sum::<f32>() * share;
         let mut log = [self.log_temperature];
@@ -246,9 +246,4 @@ impl ActorCritic {
         let critics = self.critics.iter().all(|critic| critic.own.is_sound() && critic.target.is_sound());
         critics && self.actor.is_sound() && self.log_temperature.is_finite()
     }
-}
-
-/// The rows of a batch.
-fn rows(values: &[f32], samples: usize) -> impl Iterator<Item = &[f32]> {
-    values.chunks_exact(samples)
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{GREATEST, packed};
+use super::packed;
 
 const FIRST: f32 = 0.9;
 const SECOND: f32 = 0.999;
@@ -25,7 +25,7 @@ impl Adam {
         Self { first: vec![0.0; weights], second: vec![0.0; weights], steps: 0 }
     }
 
-    /// Moves weights against their gradients, and no further than [`GREATEST`] from zero.
+    /// Moves weights against their gradients.
     pub(super) fn step(&mut self, weights: &mut [f32], gradients: &[f32], rate: f32) {
         self.steps = self.steps.saturating_add(1);
         let age = |kept: f32| 1.0 - libm::pow(f64::from(kept), f64::from(self.steps)) as f32;
@@ -35,7 +35,7 @@ impl Adam {
             *first = FIRST * *first + (1.0 - FIRST) * gradient;
             *second = SECOND * *second + (1.0 - SECOND) * gradient * gradient;
             let step = rate * (*first / first_age) / ((*second / second_age).sqrt() + LEAST);
-            *weight = (*weight - step).clamp(-GREATEST, GREATEST);
+            *weight -= step;
         }
     }
 }

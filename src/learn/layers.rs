@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::packed;
 use super::products::{Matrix, Rows, product};
 use super::tanh::tanh;
+use super::{GREATEST, packed};
 use crate::derive::random::Stream;
 
 /// What a hidden node makes of its sum.
@@ -18,7 +18,7 @@ pub(super) enum Hidden {
 /// A network on one flat list of weights: of each node a bias, and one for each input. Each but the bias counts divided by the root of
 /// the number of inputs of its layer. Outputs are sums.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Layers {
+pub(super) struct Layers {
     sizes: Vec<usize>,
     hidden: Hidden,
     #[serde(with = "packed")]
@@ -191,6 +191,11 @@ impl Layers {
         for (own, other) in self.weights.iter_mut().zip(&other.weights) {
             *own += share * (other - *own);
         }
+    }
+
+    /// Brings the weights of a policy back to where they may be.
+    pub(super) fn hold(&mut self) {
+        self.weights.iter_mut().for_each(|weight| *weight = weight.clamp(-GREATEST, GREATEST));
     }
 
     /// Whether all weights are finite.

@@ -13,7 +13,6 @@ mod replay;
 mod tanh;
 
 pub use actor_critic::{ActorCritic, ActorCriticSettings};
-pub use layers::Layers;
 pub use q_learning::QLearning;
 pub use replay::{Episode, Replay};
 
@@ -30,7 +29,7 @@ pub struct Rates {
     pub target_rate: f32,
 }
 
-/// Weights stay within this of zero: those of a policy are values that a search varies.
+/// The weights of a policy stay within this of zero: they are values that a search varies.
 pub const GREATEST: f32 = 8.0;
 
 /// Does two things side by side, where there are threads for it.

@@ -89,6 +89,7 @@ impl QLearning {
         }
         let gradients = self.own.of_weights(&values, wrong);
         self.steps.step(&mut self.own.weights, &gradients, rates.learning_rate);
+        self.own.hold();
         self.target.follow(&self.own, rates.target_rate);
     }
 
