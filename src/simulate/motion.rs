@@ -87,6 +87,9 @@ pub struct Placement {
     pub shape: Shape,
 }
 
+/// What lasts for one frame in so many has lasted.
+const SUNK: usize = 10;
+
 /// A recorded motion: the pose of every body at equal intervals, from which
 /// the pose of any element at any time follows.
 #[derive(Clone, Debug)]
@@ -155,13 +158,17 @@ impl Motion {
         Some(body * placement.local)
     }
 
-    /// How far the centre of an element gets below the floor at most, m, in recorded frames; zero if none does.
+    /// How far the centre of an element is below the floor, m, in a tenth of the recorded frames or more; zero if none is so long. A hard
+    /// landing is no sinking.
     #[must_use]
     pub fn depth(&self) -> f64 {
-        let times = (0..self.frames()).map(|frame| self.time(frame));
-        let heights = times
-            .flat_map(|time| (0..self.placements.len()).filter_map(move |element| self.pose(element, time)));
-        -heights.map(|pose| pose.translation.y).fold(0.0, f64::min)
+        let deepest = |frame: usize| {
+            let poses = (0..self.placements.len()).filter_map(|element| self.pose(element, self.time(frame)));
+            poses.map(|pose| -pose.translation.y).fold(0.0, f64::max)
+        };
+        let mut depths: Vec<f64> = (0..self.frames()).map(deepest).collect();
+        depths.sort_by(|a, b| b.total_cmp(a));
+        depths.get(depths.len().saturating_sub(1) / SUNK).copied().unwrap_or(0.0)
     }
 
     /// The height in m of the lowest point of an element at time `t`; `None`
@@ -209,5 +216,44 @@ impl Motion {
     #[must_use]
     pub fn size(&self, element: usize) -> Option<f64> {
         self.placements.get(element).map(|placement| placement.shape.longest())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ball whose centre is so far below the floor in each of ten frames.
+    fn sinking(depths: [f64; 10]) -> Motion {
+        let poses = depths.map(|depth| Isometry3::translation(0.0, -depth, 0.0));
+        Motion {
+            interval: 0.1,
+            duration: 0.9,
+            bodies: 1,
+            poses: poses.to_vec(),
+            bends: Vec::new(),
+            work: Vec::new(),
+            commands: None,
+            placements: [Placement {
+                body: 0,
+                local: Isometry3::identity(),
+                shape: Shape::Ball { radius: 0.01 },
+            }]
+            .into(),
+        }
+    }
+
+    #[test]
+    fn what_sinks_for_a_while_is_deep_and_what_lands_hard_is_not() {
+        assert_eq!(sinking([-0.01; 10]).depth(), 0.0);
+        let mut landing = [-0.01; 10];
+        landing[4] = 0.02;
+        // One frame in ten is long enough, one in a hundred is not.
+        assert_eq!(sinking(landing).depth(), 0.02);
+        assert_eq!(sinking([0.005; 10]).depth(), 0.005);
+        let mut long = sinking(landing);
+        long.poses.extend((0..90).map(|_| Isometry3::translation(0.0, 0.01, 0.0)));
+        long.duration = 9.9;
+        assert_eq!(long.depth(), 0.0);
     }
 }
