@@ -166,6 +166,7 @@ fn large_texts_take_no_longer_than_their_length() {
         ("one long sum", format!("let a = {}1\n", "1 + ".repeat(100_000)), 1),
         ("one long list", format!("let a = [{}1]\n", "1, ".repeat(100_000)), 1),
         ("one long rule", format!("rule r {{\n{}}}\n", many(900, "  choose n_@ in 1 .. m_@")), 900),
+        ("a rule beyond its limit", format!("rule r {{\n{}}}\n", many(5_000, "  choose n_@ in 1 .. m_@")), 1),
         ("brackets", "(".repeat(100_000), 1),
         ("blocks", "part a { ".repeat(50_000), 1),
         ("groups", format!("part a {{ {}", "outer { ".repeat(50_000)), 1),

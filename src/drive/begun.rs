@@ -41,7 +41,16 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
     for (example, derivation) in std::iter::once(begun).chain(examples) {
         let candidate = Candidate::new(rules, Arc::new(derivation));
         for task in rules.tasks.values() {
-            let Ok(drive) = Drive::new(&candidate, task) else { continue };
+            let drive = match Drive::new(&candidate, task) {
+                Ok(drive) => drive,
+                Err(error) => {
+                    found.push(
+                        no_value(error, example)
+                            .help("each actuator needs a value that says which group it is of"),
+                    );
+                    continue;
+                }
+            };
             if let Some(too_many) = drive.too_many_values() {
                 found.extend(
                     Some(too_many_values(&too_many))

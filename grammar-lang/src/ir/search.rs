@@ -277,7 +277,8 @@ impl<'a> SearchMethod<'a> {
     pub fn temperature(self) -> Option<&'a Expr> {
         match self {
             Self::Annealing(annealing) => Some(&annealing.temperature),
-            _ => None,
+            Self::Archive(_) | Self::Population(_) | Self::Front(_) => None,
+            Self::CmaEs(_) | Self::ActorCritic(_) | Self::QLearning(_) => None,
         }
     }
 
@@ -286,7 +287,8 @@ impl<'a> SearchMethod<'a> {
     pub fn chains(self) -> usize {
         match self {
             Self::Annealing(annealing) => annealing.chains.unwrap_or(1),
-            _ => 1,
+            Self::Archive(_) | Self::Population(_) | Self::Front(_) => 1,
+            Self::CmaEs(_) | Self::ActorCritic(_) | Self::QLearning(_) => 1,
         }
     }
 

@@ -18,6 +18,20 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 report(expr.span, &message, "always below 1", "write a number above zero");
             }
         }
+        if let SearchMethod::QLearning(own) = method {
+            let share = known.numbers(&own.exploration);
+            if share.low > 1.0 || share.high < 0.0 {
+                findings.push(
+                    Diagnostic::new(
+                        Code::OUT_OF_DOMAIN,
+                        own.exploration.span,
+                        "`exploration` is a share: it must lie within 0 % .. 100 %",
+                    )
+                    .label("always outside this range")
+                    .help("write for example `exploration = max(5 %, 90 % - iteration * 1 %)`"),
+                );
+            }
+        }
         let selection = match method {
             SearchMethod::Population(population) => Some((&population.selection, false)),
             SearchMethod::Front(front) => Some((&front.selection, true)),

@@ -55,7 +55,10 @@ fn hardly_moves(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnostic
     let share = (asked.high - asked.low) / (high - low);
     (share < HARDLY).then(|| {
         Diagnostic::new(Code::STILL_DRIVE, actuation.drive.span, format!("this drive hardly moves `{kind}`"))
-            .label(format!("by {:.1e} % of what it can, at most", 100.0 * share))
+            .label(match share > 0.0 {
+                true => format!("by {:.1e} % of what it can, at most", 100.0 * share),
+                false => "always to the same place".to_owned(),
+            })
             .help("widen what the drive varies, or check the units")
     })
 }

@@ -171,7 +171,7 @@ impl<'a> Tuner<'a> {
         let method = self.looped().map(|looped| &looped.method);
         let chains = match method {
             Some(CurveMethod::Annealing(annealing)) => annealing.chains.unwrap_or(1),
-            Some(_) | None => 1,
+            Some(CurveMethod::CmaEs(_) | CurveMethod::ActorCritic(_) | CurveMethod::QLearning(_)) | None => 1,
         };
         let learner = method.and_then(Method::of).and_then(|method| self.learner(method));
         let starts: Vec<Parameters> = match &learner {

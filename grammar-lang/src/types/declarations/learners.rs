@@ -7,8 +7,10 @@ use super::fields::Values;
 use super::tasks::Tasks;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, ActionSpace, CurveMethod, Ty};
+use crate::source::Span;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
+use crate::units::{Dimension, shown};
 
 /// Fields that every learner has.
 macro_rules! learner_fields {
@@ -51,7 +53,7 @@ const USUAL_CRITIC: &[usize] = &[64, 64];
 impl Declarations<'_> {
     pub(super) fn actor_critic(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::ActorCritic> {
         let learner = self.learner(from, damaged);
-        let critic = self.layers(from, "critic", USUAL_CRITIC, damaged);
+        let critic = self.hidden(from, "critic", USUAL_CRITIC, &Context::new(Stage::Declaration, damaged));
         let entropy = self.setting(from, &ENTROPY, damaged);
         Some(ir::ActorCritic { learner: learner?, critic: critic?, entropy: entropy? })
     }
@@ -102,124 +104,134 @@ impl Declarations<'_> {
         policies: &IndexMap<String, ir::Policy>,
     ) {
         let Some(curves) = search.and_then(|search| search.curves.as_ref()) else { return };
-        let within_range = match &curves.method {
-            CurveMethod::ActorCritic(_) => true,
-            CurveMethod::QLearning(_) => false,
-            CurveMethod::Annealing(_) | CurveMethod::CmaEs(_) => return,
+        let learner = Of {
+            name: curves.method().name(),
+            within_range: match &curves.method {
+                CurveMethod::ActorCritic(_) => true,
+                CurveMethod::QLearning(_) => false,
+                CurveMethod::Annealing(_) | CurveMethod::CmaEs(_) => return,
+            },
         };
-        let learner = curves.method().name();
-        for (task, actuated) in tasks.values() {
-            let mut learned: Option<&str> = None;
-            for (with, place) in actuated.values() {
-                let Some(actuation) = actuations.get(with) else { continue };
-                let misfit = |message: String, label: &str, help: &str| {
-                    Diagnostic::new(Code::MODEL_MISFIT, *place, message).label(label).help(help)
-                };
-                let wrong = if let Some(variable) = actuation.variables.first() {
-                    Some(misfit(
-                        format!(
-                            "`{with}` varies `{}`, and `{learner}` learns the weights of a policy only",
-                            variable.name
-                        ),
-                        "a value that no learner can find",
-                        "give it a fixed value with `let`, or search by `cma_es`, which tunes such values and weights together",
-                    ))
-                } else if let Some(action) = actuation
-                    .actions
-                    .iter()
-                    .find(|action| matches!(action.space, ActionSpace::Continuous(..)) != within_range)
-                {
-                    let (name, other) =
-                        (&action.name, if within_range { "double_dqn" } else { "soft_actor_critic" });
-                    let (is, help) = if within_range {
-                        (
-                            "one of several values",
-                            "let it be within a range, as in `in -1 .. 1`, or search by",
-                        )
-                    } else {
-                        (
-                            "within a range",
-                            "let it be one of several values, as in `in { -1, 0, 1 }`, or search by",
-                        )
-                    };
-                    Some(misfit(
-                        format!(
-                            "the action `{name}` of `{with}` is {is}, and `{learner}` cannot learn such actions"
-                        ),
-                        "not of its kind",
-                        &format!("{help} `{other}`"),
-                    ))
-                } else {
-                    None
-                };
-                if let Some(wrong) = wrong {
-                    self.report(wrong);
-                    return;
-                }
-                for action in &actuation.actions {
-                    if learned.is_some_and(|policy| policy != action.policy) {
-                        self.report(misfit(
-                            format!("`{learner}` learns one policy, and this task has several"),
-                            "leaves actions to another one",
-                            "leave all actions to one policy: it knows all of their inputs",
-                        ));
-                        return;
-                    }
-                    learned = Some(&action.policy);
-                }
-            }
-            let Some((_, place)) = actuated.values().next() else { continue };
-            let Some(name) = learned else {
-                self.report(
-                    Diagnostic::new(
-                        Code::MODEL_MISFIT,
-                        *place,
-                        format!("`{learner}` learns a policy, and no actuation leaves an action to one"),
-                    )
-                    .label("nothing to learn")
-                    .help("leave an action to a policy, as in `action push : Number in -1 .. 1 of brain from [bent(a) / 60 deg]`"),
-                );
-                return;
-            };
-            if let Some(policy) = policies.get(name)
-                && policy.reward.is_none()
-            {
-                self.report(
-                    Diagnostic::new(
-                        Code::MISSING_FIELD,
-                        policy.span,
-                        format!("`{name}` has no `reward`, and `{learner}` learns by one"),
-                    )
-                    .label("says nothing of what is good")
-                    .help("add for example `reward = (first(elements).velocity at now).x / (5 cm/s)`"),
-                );
-                return;
-            }
-            let every = policies.get(name).and_then(|policy| policy.every);
-            if every.is_some_and(|every| 2.0 * every > task.model.duration) {
-                let duration = crate::units::shown(task.model.duration, crate::units::Dimension::TIME);
-                self.report(
-                    Diagnostic::new(
-                        Code::MODEL_MISFIT,
-                        *place,
-                        format!("`{name}` hardly decides in a motion of {duration}, and `{learner}` learns from what lies between two decisions"),
-                    )
-                    .label("too few decisions")
-                    .help("make `every` of the policy shorter, such as `every = 0.2 s`, or the motion longer"),
-                );
-                return;
-            }
+        let wrong = tasks.values().find_map(|(task, actuated)| {
+            let driven = actuated
+                .iter()
+                .filter_map(|(_, (with, place))| Some((with.as_str(), actuations.get(with)?, *place)));
+            let driven: Vec<Driven<'_>> = driven.collect();
+            learner
+                .cannot_tune(&driven)
+                .or_else(|| learner.cannot_learn(&driven, policies, task.model.duration))
+        });
+        if let Some(wrong) = wrong {
+            self.report(wrong);
         }
     }
+}
 
-    /// The sizes of hidden layers.
-    fn layers(
-        &mut self,
-        from: &Values<'_>,
-        name: &'static str,
-        usual: &[usize],
-        damaged: bool,
-    ) -> Option<Vec<usize>> {
-        self.hidden(from, name, usual, &Context::new(Stage::Declaration, damaged))
+/// An actuation of a task, by its name, and where the task says so.
+type Driven<'a> = (&'a str, &'a ir::Actuation, Span);
+
+/// A learner: its name in texts, and whether its actions lie within a range.
+#[derive(Clone, Copy)]
+struct Of {
+    name: &'static str,
+    within_range: bool,
+}
+
+impl Of {
+    /// What it cannot tune of a task: values that are no weights, and actions that are not of its kind.
+    fn cannot_tune(self, driven: &[Driven<'_>]) -> Option<Diagnostic> {
+        let learner = self.name;
+        for (with, actuation, place) in driven {
+            if let Some(variable) = actuation.variables.first() {
+                return Some(misfit(
+                    *place,
+                    format!(
+                        "`{with}` varies `{}`, and `{learner}` learns the weights of a policy only",
+                        variable.name
+                    ),
+                    "a value that no learner can find",
+                    "give it a fixed value with `let`, or search by `cma_es`, which tunes such values and weights together",
+                ));
+            }
+            let is_other = |action: &&ir::Action| {
+                matches!(action.space, ActionSpace::Continuous(..)) != self.within_range
+            };
+            if let Some(action) = actuation.actions.iter().find(is_other) {
+                let (is, help) = if self.within_range {
+                    (
+                        "one of several values",
+                        "let it be within a range, as in `in -1 .. 1`, or search by `double_dqn`",
+                    )
+                } else {
+                    (
+                        "within a range",
+                        "let it be one of several values, as in `in { -1, 0, 1 }`, or search by `soft_actor_critic`",
+                    )
+                };
+                let name = &action.name;
+                return Some(misfit(
+                    *place,
+                    format!(
+                        "the action `{name}` of `{with}` is {is}, and `{learner}` cannot learn such actions"
+                    ),
+                    "not of its kind",
+                    help,
+                ));
+            }
+        }
+        None
     }
+
+    /// Why a task has not the one policy that it can learn.
+    fn cannot_learn(
+        self,
+        driven: &[Driven<'_>],
+        policies: &IndexMap<String, ir::Policy>,
+        duration: f64,
+    ) -> Option<Diagnostic> {
+        let learner = self.name;
+        let mut decided = driven.iter().flat_map(|(_, actuation, place)| {
+            actuation.actions.iter().map(|action| (action.policy.as_str(), *place))
+        });
+        let Some((name, place)) = decided.next() else {
+            let (_, _, place) = driven.first()?;
+            return Some(misfit(
+                *place,
+                format!("`{learner}` learns a policy, and no actuation leaves an action to one"),
+                "nothing to learn",
+                "leave an action to a policy, as in `action push : Number in -1 .. 1 of brain from [bent(a) / 60 deg]`",
+            ));
+        };
+        if let Some((_, place)) = decided.find(|(policy, _)| *policy != name) {
+            return Some(misfit(
+                place,
+                format!("`{learner}` learns one policy, and this task has several"),
+                "leaves actions to another one",
+                "leave all actions to one policy: it knows all of their inputs",
+            ));
+        }
+        let policy = policies.get(name)?;
+        if policy.reward.is_none() {
+            let message = format!("`{name}` has no `reward`, and `{learner}` learns by one");
+            return Some(
+                Diagnostic::new(Code::MISSING_FIELD, policy.span, message)
+                    .label("says nothing of what is good")
+                    .help("add for example `reward = (first(elements).velocity at now).x / (5 cm/s)`"),
+            );
+        }
+        let hardly = policy.every.is_some_and(|every| 2.0 * every > duration);
+        hardly.then(|| {
+            let duration = shown(duration, Dimension::TIME);
+            misfit(
+                place,
+                format!("`{name}` hardly decides in a motion of {duration}, and `{learner}` learns from what lies between two decisions"),
+                "too few decisions",
+                "make `every` of the policy shorter, such as `every = 0.2 s`, or the motion longer",
+            )
+        })
+    }
+}
+
+fn misfit(place: Span, message: String, label: &str, help: &str) -> Diagnostic {
+    Diagnostic::new(Code::MODEL_MISFIT, place, message).label(label).help(help)
 }

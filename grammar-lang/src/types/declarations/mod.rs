@@ -3,6 +3,7 @@
 mod actuations;
 mod actuators;
 mod examples;
+mod extent;
 mod fields;
 mod items;
 mod joints;
