@@ -108,6 +108,54 @@ pub(crate) fn learner_by(method: &str) -> String {
         )
 }
 
+/// Weights mean something for their own network only, however many another one needs.
+#[test]
+fn weights_of_another_network_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_string_lossy().into_owned()
+    };
+    // Two hidden nodes of one input, or none of six: seven weights for one actuator.
+    let own = |inputs: &str, hidden: &str| {
+        let policy = format!("policy brain {{ inputs = [{inputs}]  hidden = {hidden} }}");
+        one_body(&policy, "action push : Angle in -9 deg .. 9 deg of brain from []  drive angle = push")
+            .replace("symmetry mirror xy", "")
+            .replace("{ recommended }", "{ gait_evolution }")
+            .replace("search recommended", "search gait_evolution")
+    };
+    let base = own("t / 1 s", "[2]");
+    let (base, other) = (file("base.sgr", &base), file("other.sgr", &own(&["t / 1 s"; 6].join(", "), "[]")));
+    let run = folder.path().join("run").to_string_lossy().into_owned();
+    let made = crate::command_line::sgc(&["run", &base, "--max-evals", "9", "--quiet", "--out", &run]);
+    assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
+    let told = |grammar: &str| {
+        let output = crate::command_line::sgc(&["eval", &run, "--grammar", grammar]);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    assert_eq!(told(&base).0, Some(0));
+    let (code, message) = told(&other);
+    assert_eq!(code, Some(1), "{message}");
+    assert!(
+        message
+            .contains("`brain` is a network (inputs: 1, hidden: [2]) that decides `push` (Angle, inputs: 0)"),
+        "{message}"
+    );
+    let again = folder.path().join("again").to_string_lossy().into_owned();
+    let begun = crate::command_line::sgc(&[
+        "run",
+        &other,
+        "--from-design",
+        &run,
+        "--max-evals",
+        "1",
+        "--out",
+        &again,
+    ]);
+    assert!(String::from_utf8_lossy(&begun.stderr).contains("do not fit"), "another network begins anew");
+}
+
 /// Learning gives the same bits for one thread and for two, and its design evaluates to what it says.
 #[test]
 fn what_is_learned_is_repeatable() {

@@ -3,9 +3,10 @@
 use crate::results::place;
 use crate::results::run_files;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
-use grammar_lang::ir::{Action, ActionSpace, Actuation, Policy, RuleSet, Ty};
+use grammar_lang::ir::{ActionSpace, RuleSet, Ty};
 use grammar_lang::source::SourceMap;
 use grammar_lang::units;
 
@@ -115,25 +116,9 @@ pub(super) fn open_by(
 /// A variable that is another quantity in a grammar than where a design was made: its saved number would mean something else.
 pub(super) fn other_quantity(design: &SavedDesign, rules: &RuleSet) -> Option<String> {
     let theirs = design.grammar.compile(&design.sgc).ok()?;
-    let actuations = |rules: &RuleSet, task: &str| -> Vec<Actuation> {
-        let actuated = rules.tasks.get(task).into_iter().flat_map(|task| task.actuated.values());
-        actuated.filter_map(|name| rules.actuations.get(name).cloned()).collect()
-    };
-    let quantities = |rules: &RuleSet, task: &str| -> BTreeMap<String, String> {
-        let mut all = BTreeMap::new();
-        for one in actuations(rules, task) {
-            all.extend(one.variables.iter().map(|v| (v.name.clone(), format!("of type {}", v.ty))));
-            for action in &one.actions {
-                let Some(policy) = rules.policies.get(&action.policy) else { continue };
-                let own = all.entry(action.policy.clone()).or_insert_with(|| network(policy));
-                own.push_str(&decided(action));
-            }
-        }
-        all
-    };
     rules.tasks.keys().find_map(|task| {
         let (now, before) = (quantities(rules, task), quantities(&theirs, task));
-        let differs = |(name, is): (&String, &String)| {
+        let differs = |(name, is): (&String, &Quantity)| {
             let was = before.get(name).filter(|was| *was != is)?;
             Some(format!("`{name}` is {was} where it was made, and {is} in `{}`", rules.name))
         };
@@ -141,22 +126,51 @@ pub(super) fn other_quantity(design: &SavedDesign, rules: &RuleSet) -> Option<St
     })
 }
 
-/// The network of a policy in words, as far as its weights depend on it.
-fn network(policy: &Policy) -> String {
-    let hidden: Vec<String> = policy.hidden.iter().map(ToString::to_string).collect();
-    let inputs = policy.inputs.len();
-    format!("a network of {inputs} inputs and hidden layers [{}] that decides", hidden.join(", "))
+/// What saved numbers of one name are.
+#[derive(PartialEq)]
+enum Quantity {
+    Value(Ty),
+    /// The weights of a policy: its own inputs and hidden layers, and what it decides, each with its type, how many values it is one of, and
+    /// how many inputs it adds.
+    Weights(usize, Vec<usize>, Vec<(String, Ty, Option<usize>, usize)>),
 }
 
-/// What a policy decides by an action, in words that follow those of its network.
-fn decided(action: &Action) -> String {
-    let Action { name, ty, space, inputs, .. } = action;
-    let among = match space {
-        ActionSpace::Continuous(..) => String::new(),
-        ActionSpace::Discrete(values) => format!(" among {} values", values.len()),
-    };
-    let known = inputs.len();
-    format!(" `{name}` : {ty}{among} from {known} more")
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Value(ty) => write!(f, "of type {ty}"),
+            Self::Weights(inputs, hidden, decided) => {
+                write!(f, "a network (inputs: {inputs}, hidden: {hidden:?}) that decides ")?;
+                for (place, (name, ty, values, inputs)) in decided.iter().enumerate() {
+                    let comma = if place == 0 { "" } else { ", " };
+                    let values = values.map_or(String::new(), |count| format!(", values: {count}"));
+                    write!(f, "{comma}`{name}` ({ty}{values}, inputs: {inputs})")?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// What the saved numbers of a task are, by their names.
+fn quantities(rules: &RuleSet, task: &str) -> BTreeMap<String, Quantity> {
+    let actuated = rules.tasks.get(task).into_iter().flat_map(|task| task.actuated.values());
+    let mut all = BTreeMap::new();
+    for actuation in actuated.filter_map(|name| rules.actuations.get(name)) {
+        all.extend(actuation.variables.iter().map(|v| (v.name.clone(), Quantity::Value(v.ty.clone()))));
+        for action in &actuation.actions {
+            let Some(policy) = rules.policies.get(&action.policy) else { continue };
+            let empty = || Quantity::Weights(policy.inputs.len(), policy.hidden.clone(), Vec::new());
+            if let Quantity::Weights(.., decided) = all.entry(action.policy.clone()).or_insert_with(empty) {
+                let values = match &action.space {
+                    ActionSpace::Continuous(..) => None,
+                    ActionSpace::Discrete(values) => Some(values.len()),
+                };
+                decided.push((action.name.clone(), action.ty.clone(), values, action.inputs.len()));
+            }
+        }
+    }
+    all
 }
 
 /// Refuses a design whose values of enumerations mean others in a grammar: they are saved by their place.

@@ -96,7 +96,7 @@ impl Export {
                 let solver = self.solver.as_deref().unwrap_or(&design.solver);
                 let motion = setup.motion(solver).map_err(fault)?;
                 output::note(
-                    "this design reacts to what it feels: these are the commands of its motion in the nominal world",
+                    "what drives this design is found in the motion itself: these are the commands of its motion in the nominal world",
                 );
                 let settings = &setup.settings;
                 let commands =

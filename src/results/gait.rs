@@ -73,7 +73,7 @@ pub enum NoGait {
     NoPeriod,
     /// It reacts.
     #[error(
-        "what drives `{kind}` reads sensors or has a `state`, and a board of sgc plays a period that is known ahead: a robot that \
+        "what drives `{kind}` reads sensors, has a `state` or leaves actions to a policy, and a board of sgc plays a period that is known ahead: a robot that \
          reacts needs a controller of its own (`sgc export --to drive` writes the commands of the simulated motion)"
     )]
     Reacts {
