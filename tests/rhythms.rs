@@ -165,3 +165,39 @@ fn curves_begin_where_the_grammar_says() {
     let of = |name: &str| labels.iter().position(|label| label == name).map(|place| drawn[place]);
     assert_eq!((of("open[0] of a"), of("open[1] of a")), (Some(0.3), Some(0.7)), "{labels:?}");
 }
+
+/// A value that is declared outside of the actuations drives as one that each of them declares within itself.
+#[test]
+fn values_outside_of_actuations_are_those_within() {
+    let within = TWO
+        .replace("t / period * 360", "t / slow * 360")
+        .replace("cycle(period,", "cycle(slow,")
+        .replace("  drive", "  let slow = 2 * period\n  drive");
+    let outside = within
+        .replace("  let slow = 2 * period\n", "")
+        .replace("actuation swing", "let slow = twice()\nlet twice() = 2 * period\nactuation swing");
+    assert_eq!(outside.matches("slow").count(), 3);
+    let (one, other) = (compiled(&within), compiled(&outside));
+    let (one, other) = (drive(&one), drive(&other));
+    let parameters = one.draw(&mut Stream::named(1, "values"));
+    assert_eq!(other.draw(&mut Stream::named(1, "values")), parameters);
+    let (one, other) = (one.targets(&parameters).unwrap(), other.targets(&parameters).unwrap());
+    assert_eq!(one.angles, other.angles);
+    // It is no constant.
+    assert!(one.angles.iter().any(|angle| *angle != one.angles[0]));
+}
+
+/// A period that is computed outside of the actuations is one for all of them, so that terms can read it.
+#[test]
+fn terms_read_a_period_that_is_computed_for_all() {
+    let text = TWO
+        .replace("shared period", "let period = 2 * beat\nshared beat")
+        .replace("maximize travel in cm", "maximize duration / period * travel in cm");
+    let rules = compiled(&text);
+    let drive = drive(&rules);
+    let labels = drive.labels(|_| "a".to_owned());
+    let place = labels.iter().position(|label| label == "beat").unwrap();
+    let mut parameters = drive.draw(&mut Stream::named(1, "rhythm"));
+    parameters[place] = 1.5;
+    assert_eq!(drive.period(&parameters).unwrap(), 3.0);
+}

@@ -70,6 +70,8 @@ impl Recorded {
     pub fn new(value: &Value) -> Self {
         match value {
             Value::Number(x) => Self::Number(*x),
+            // Nothing reads what was never known.
+            Value::Unknown => Self::Bool(false),
             Value::Bool(x) => Self::Bool(*x),
             Value::Text(x) => Self::Text(x.to_string()),
             Value::Pattern(x) => Self::Pattern(x.to_string()),

@@ -180,6 +180,7 @@ codes! {
     FIRST_OF_SEVERAL  "W0740" "first-of-several" Warning;
     UNEVEN_SWING      "W0741" "uneven-swing" Warning;
     SAID_TWICE        "W0742" "said-twice" Warning;
+    GIVEN_TO_ONE_KIND "W0743" "given-to-one-kind" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

@@ -213,7 +213,9 @@ impl Evaluation<'_> {
             ExprKind::Bool(x) => Value::Bool(*x),
             ExprKind::Text(x) => Value::Text(x.as_str().into()),
             ExprKind::Param(name) => known(self.scope.param(name))?,
-            ExprKind::Local(slot) => known(self.locals.get(*slot).cloned())?,
+            ExprKind::Local(slot) => {
+                known(self.locals.get(*slot).filter(|value| **value != Value::Unknown).cloned())?
+            }
             ExprKind::Word(Word::Pi) => Value::Number(std::f64::consts::PI),
             ExprKind::Word(Word::Closed) => Value::Valve(Valve::Closed),
             ExprKind::Word(Word::Inflate) => Value::Valve(Valve::Inflate),
@@ -412,10 +414,9 @@ impl Evaluation<'_> {
         }
     }
 
-    /// Fills a local slot; slots before it that have no value yet get one that
-    /// nothing reads.
+    /// Fills a local slot; slots before it that have no value yet stay unknown.
     fn put(&mut self, slot: usize, value: Value) {
-        self.locals.resize(slot, Value::Bool(false));
+        self.locals.resize(slot, Value::Unknown);
         self.locals.push(value);
     }
 

@@ -11,6 +11,8 @@ use crate::ir::{Form, Table};
 /// A value, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
+    /// What is not known yet: a local that comes before one that is known.
+    Unknown,
     /// A quantity or a count.
     Number(f64),
     /// True or false.

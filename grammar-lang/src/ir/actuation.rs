@@ -21,12 +21,20 @@ pub struct Actuation {
     /// Values that neither change in time nor are measured, in order. Locals: the actuator is 0,
     /// then the variables, then the states, then the actions, then these.
     pub lets: Vec<(String, Expr)>,
+    /// How many of these, the first ones, are declared outside of the actuations: all that read them have the same.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub shared_lets: usize,
     /// Values that change in time, are measured or remembered, in order, with the next local slots.
     pub moving: Vec<(String, Expr)>,
     /// Where the tip is to stand against the base, how fast it is to turn, or the states of valves: its type says which.
     pub drive: Expr,
     /// Where it is declared.
     pub span: Span,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// What an actuator remembers from one control moment to the next.

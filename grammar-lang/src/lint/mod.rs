@@ -23,6 +23,7 @@ mod fast_spin;
 mod few_channels;
 mod first_of_several;
 mod fronts;
+mod given_to_one;
 mod instances;
 mod known;
 mod little_turn;
@@ -139,6 +140,7 @@ const DOUBTFUL: &[Lint] = &[
     said_twice::check,
     best_world::check,
     fast_spin::check,
+    given_to_one::check,
 ];
 
 /// What says nothing. A text that several grammars share may say in one of them

@@ -2,6 +2,7 @@
 
 mod allowed;
 mod blame;
+mod sharing;
 mod variant;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,6 +11,7 @@ use std::rc::Rc;
 pub use allowed::Allowed;
 pub use blame::{Change, with_changes};
 pub(crate) use blame::{UNDECLARED, told_once, with_imports};
+pub use sharing::Sharing;
 pub use variant::MOST_VARIANTS;
 
 use indexmap::IndexMap;

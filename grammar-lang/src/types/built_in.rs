@@ -4,7 +4,7 @@
 use super::found::Found;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Function, Word};
-use crate::names::{Program, declared};
+use crate::names::{Program, Sharing, declared};
 use crate::syntax::ast::{ItemKind, Name};
 use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::is_type;
@@ -19,10 +19,16 @@ const MATCHED: [&str; 4] = ["joint", "step", "element", "nothing"];
 
 /// Reports declarations whose names are built in.
 pub(super) fn check(program: &Program, found: &mut Found) {
-    for (_, item) in program.entries() {
+    let sharing = Sharing::of(program);
+    for (declaration, item) in program.entries() {
         // What requirements and preferences are called is read nowhere.
         // A shared variable is read in actuations only, where a motion has no period yet.
         if matches!(item.kind, ItemKind::Require { .. } | ItemKind::Prefer { .. } | ItemKind::Shared(_)) {
+            continue;
+        }
+        // So is what comes from one.
+        let of_all = |name: &Name| name.text == "period" && sharing.reads(declaration);
+        if matches!(&item.kind, ItemKind::Let(name, None, _) if of_all(name)) {
             continue;
         }
         let is_built_in = |name: &&Name| match &item.kind {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use indexmap::{IndexMap, IndexSet};
 
 use crate::ir;
-use crate::names::{Declaration, Program};
+use crate::names::{Declaration, Program, Sharing};
 use crate::source::SourceMap;
 use crate::syntax::ast::{self, Item, ItemKind};
 use crate::syntax::declarations::BlockKind;
@@ -24,6 +24,8 @@ pub(super) struct Environment<'a> {
     pub(super) begins_with_cells: bool,
     /// Whether the bodies of this grammar are lattices.
     pub(super) has_lattice: bool,
+    /// What reads shared variables outside of actuations.
+    pub(super) sharing: Sharing,
     /// By the name of a parameter: the actuators of the program that have it.
     pub(super) param_owners: IndexMap<&'a str, Vec<&'a Item>>,
 }
@@ -47,7 +49,18 @@ impl<'a> Environment<'a> {
         let declares = |item: &Item| matches!(item.kind, ItemKind::Lattice(..));
         let has_lattice = begins_with_cells || program.entries().any(|(_, item)| declares(item));
         let (ports, param_owners) = (port_names(program), param_owners(program));
-        Self { program, sources, overrides, placed, ports, begins_with_cells, has_lattice, param_owners }
+        let sharing = Sharing::of(program);
+        Self {
+            program,
+            sources,
+            overrides,
+            placed,
+            ports,
+            begins_with_cells,
+            has_lattice,
+            sharing,
+            param_owners,
+        }
     }
 
     /// The declarations that the grammar has or imports by name; of a variant those of its base, too.

@@ -1,11 +1,11 @@
 //! Checks actuations: what varies, and what drives actuators.
 
-use indexmap::IndexSet;
+use std::ops::Range;
 
 use super::Declarations;
+use super::everyones::Everyones;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, ExprKind, Group, Ty};
-use crate::names::Declaration;
 use crate::syntax::ast::{self, ActuationClause, Name};
 use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::fit::article;
@@ -14,6 +14,32 @@ use crate::units::Dimension;
 
 /// More states than this, no actuator needs.
 const MOST_STATES: usize = 100;
+
+/// The values of an actuation as they are found.
+struct Values {
+    /// The slots of what is remembered or decided.
+    remembered: Range<usize>,
+    /// Values without the time come first, so that they are found once for a motion.
+    lets: Vec<(String, Expr)>,
+    moving: Vec<(String, Expr)>,
+}
+
+impl Values {
+    fn new(remembered: Range<usize>) -> Self {
+        Self { remembered, lets: Vec::new(), moving: Vec::new() }
+    }
+
+    fn add(&mut self, name: &Name, value: Expr) {
+        let timed = value.any(&mut |e| match e.kind {
+            ExprKind::Word(ir::Word::Time) | ExprKind::Sensor(..) => true,
+            ExprKind::Local(slot) => self.remembered.contains(&slot),
+            _ => false,
+        });
+        // Slots are in the order of the text: once one value moves, those after it do too.
+        let of = if timed || !self.moving.is_empty() { &mut self.moving } else { &mut self.lets };
+        of.push((name.text.clone(), value));
+    }
+}
 
 impl Declarations<'_> {
     pub(in crate::types) fn actuation(
@@ -28,60 +54,9 @@ impl Declarations<'_> {
         self.actuation_with(&everyones, name, binder, kind, clauses, damaged)
     }
 
-    /// The variables that all actuations share, and that this one reads.
-    fn everyones(
+    pub(super) fn actuation_with(
         &mut self,
-        name: &Name,
-        binder: &Name,
-        kind: &Name,
-        clauses: &[ActuationClause],
-    ) -> Vec<ast::Variable> {
-        let program = self.environment.program;
-        let own: Vec<&str> = clauses.iter().filter_map(named_by).map(|name| name.text.as_str()).collect();
-        let known: Vec<(Declaration, &ast::Variable)> = program
-            .items()
-            .filter_map(|(declaration, item)| match &item.kind {
-                ast::ItemKind::Shared(variable) => Some((declaration, &**variable)),
-                _ => None,
-            })
-            .filter(|(declaration, variable)| {
-                let name = variable.name.text.as_str();
-                let here = program.lookup(binder.span, name).map(|(found, _)| found);
-                // What the actuation calls so itself is meant.
-                here == Some(*declaration) && !own.contains(&name)
-            })
-            .collect();
-        if known.is_empty() {
-            return Vec::new();
-        }
-        // Tried with all of them: those that are read stay.
-        let before = self.expressions.errors.len();
-        let read = self.expressions.read.clone();
-        self.expressions.read = IndexSet::new();
-        let all: Vec<ast::Variable> = known.iter().map(|(_, variable)| (*variable).clone()).collect();
-        self.actuation_with(&all, name, binder, kind, clauses, true);
-        drop(self.expressions.errors.split_off(before));
-        let own = std::mem::replace(&mut self.expressions.read, read);
-        let mut kept = Vec::new();
-        for (declaration, variable) in known {
-            if own.contains(&variable.name.span) {
-                self.expressions.touched.insert(declaration);
-                kept.push(variable.clone());
-            }
-        }
-        self.expressions.read.extend(own);
-        kept
-    }
-
-    /// Checks a variable that all actuations share, by itself.
-    pub(super) fn everyones_own(&mut self, variable: &ast::Variable, damaged: bool) {
-        let cx = Context::new(Stage::Drive, damaged);
-        self.variable(variable, &cx);
-    }
-
-    fn actuation_with(
-        &mut self,
-        everyones: &[ast::Variable],
+        everyones: &Everyones<'_>,
         name: &Name,
         binder: &Name,
         kind: &Name,
@@ -94,10 +69,10 @@ impl Declarations<'_> {
         let of_cells = driven == Ty::Cell;
         self.expressions.bind(binder, driven, &mut cx);
         let mut variables = Vec::new();
-        for variable in everyones {
+        for variable in everyones.variables() {
             let checked = self.variable(variable, &cx);
             let item = checked.as_ref().map_or(Ty::Unknown, |v| v.ty.clone());
-            let ty = if variable.size.is_some() { Ty::List(Box::new(item)) } else { item };
+            let ty = Self::type_of_variable(variable, item);
             // It has the name of its own declaration.
             cx.locals.push(Local { name: variable.name.text.clone(), ty, span: variable.name.span });
             variables.extend(checked.map(|v| ir::Variable { owner: ir::Owner::Everyone, ..v }));
@@ -106,7 +81,7 @@ impl Declarations<'_> {
             let ActuationClause::Variable(variable) = clause else { continue };
             let checked = self.variable(variable, &cx);
             let item = checked.as_ref().map_or(Ty::Unknown, |v| v.ty.clone());
-            let ty = if variable.size.is_some() { Ty::List(Box::new(item)) } else { item };
+            let ty = Self::type_of_variable(variable, item);
             self.expressions.bind(&variable.name, ty, &mut cx);
             variables.extend(checked);
         }
@@ -115,26 +90,21 @@ impl Declarations<'_> {
         let actions = self.actions(clauses, &mut cx);
         let first_state = 1 + variables.len();
         let remembered = first_state..cx.locals.len();
-        // Values without the time come first, so that they are found once for a motion.
-        let mut lets: Vec<(String, Expr)> = Vec::new();
-        let mut moving: Vec<(String, Expr)> = Vec::new();
+        let mut values = Values::new(remembered);
+        for (name, value) in everyones.values() {
+            let value = self.value_of_everyone(value, &cx);
+            // It has the name of its own declaration.
+            cx.locals.push(Local { name: name.text.clone(), ty: value.ty.clone(), span: name.span });
+            values.add(name, value);
+        }
+        let shared_lets = values.lets.len();
         let mut drive = None;
         for clause in clauses {
             match clause {
                 ActuationClause::Let(name, value) => {
                     let value = self.expressions.infer(value, &mut cx);
-                    let timed = value.any(&mut |e| match e.kind {
-                        ExprKind::Word(ir::Word::Time) | ExprKind::Sensor(..) => true,
-                        ExprKind::Local(slot) => remembered.contains(&slot),
-                        _ => false,
-                    });
                     self.expressions.bind(name, value.ty.clone(), &mut cx);
-                    // Slots are in the order of the text: once one value moves, those after it do too.
-                    if timed || !moving.is_empty() {
-                        moving.push((name.text.clone(), value));
-                    } else {
-                        lets.push((name.text.clone(), value));
-                    }
+                    values.add(name, value);
                 }
                 ActuationClause::Drive(what, value) => {
                     let value = self.drive(what, value, of_cells, &variables, &mut cx);
@@ -176,8 +146,9 @@ impl Declarations<'_> {
             variables,
             states: states?,
             actions: actions?,
-            lets,
-            moving,
+            lets: values.lets,
+            moving: values.moving,
+            shared_lets,
             drive: drive?,
             span,
         })
@@ -456,7 +427,7 @@ impl Declarations<'_> {
         Some(ir::Owner::Group(Expr { kind: ExprKind::List(values), ty, span: per.span }))
     }
 
-    fn variable(&mut self, variable: &ast::Variable, cx: &Context) -> Option<ir::Variable> {
+    pub(super) fn variable(&mut self, variable: &ast::Variable, cx: &Context) -> Option<ir::Variable> {
         let ty = self.expressions.type_named(&variable.ty);
         let owner = self.owner(variable, cx);
         let size = match &variable.size {
@@ -690,16 +661,5 @@ fn varied_by(clause: &ActuationClause) -> Option<&Name> {
         ActuationClause::State(state) => Some(&state.name),
         ActuationClause::Action(action) => Some(&action.name),
         _ => None,
-    }
-}
-
-/// The name that a clause gives to something.
-fn named_by(clause: &ActuationClause) -> Option<&Name> {
-    match clause {
-        ActuationClause::Variable(variable) => Some(&variable.name),
-        ActuationClause::Let(name, _) => Some(name),
-        ActuationClause::State(state) => Some(&state.name),
-        ActuationClause::Action(action) => Some(&action.name),
-        ActuationClause::Drive(..) => None,
     }
 }

@@ -2,6 +2,7 @@
 
 mod actuations;
 mod actuators;
+mod everyones;
 mod examples;
 mod extent;
 mod fields;
@@ -174,6 +175,9 @@ impl<'a> Declarations<'a> {
             ItemKind::Prototype(block, backend) => drop(self.prototype(block, backend, item.damaged)),
             ItemKind::Observe(names) => drop(self.observed(names)),
             ItemKind::Novelty(name, clauses) => drop(self.novelty(name, clauses, item.damaged)),
+            ItemKind::Let(_, None, value) if self.environment.sharing.reads(declaration) => {
+                self.expressions.own_body(declaration, &[], value);
+            }
             ItemKind::Let(_, None, value) => drop(self.expressions.inline(declaration, value)),
             ItemKind::Let(_, Some(parameters), value) => {
                 self.distinct(parameters.iter().map(|p| &p.name), "parameter");

@@ -610,7 +610,9 @@ impl<'a> Periods<'a> {
             let variable = actuation.variables.iter().find(|v| v.name == "period" && v.is_shared());
             let everyone = variable.is_some_and(|v| v.owner == ir::Owner::Everyone);
             let shared = variable.is_some();
-            let own = actuation.lets.iter().find(|(n, _)| n == "period").map(|(_, value)| value);
+            let place = actuation.lets.iter().position(|(n, _)| n == "period");
+            let own = place.and_then(|place| actuation.lets.get(place)).map(|(_, value)| value);
+            let everyone = everyone || place.is_some_and(|place| place < actuation.shared_lets);
             if found.iter().any(|(other, _)| *other == name) || !(shared || own.is_some()) {
                 continue;
             }
@@ -622,6 +624,7 @@ impl<'a> Periods<'a> {
             found.push((
                 name,
                 match own.filter(|_| !shared) {
+                    Some(_) if everyone => Own::Everyone,
                     Some(value) => alias(value, actuation).map_or(Own::Value(value), Own::Alias),
                     None if everyone => Own::Everyone,
                     None => Own::Shared,

@@ -1,7 +1,7 @@
 //! Checks calls: built-in functions, curves, and kinds of parts with parameters.
 
 use super::Expressions;
-use super::context::Context;
+use super::context::{Context, Local};
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest, respell};
 use crate::ir::{Attribute, Expr, ExprKind, Function, PartAttribute, Ty, Word};
@@ -398,15 +398,14 @@ impl Expressions<'_> {
         }
         // The body sees its parameters and the names of its own text, not the locals of the caller.
         let mut inner = Context::new(cx.stage, cx.damaged);
-        let hidden = |l: &super::context::Local| super::context::Local { name: String::new(), ..l.clone() };
-        inner.locals = cx.locals.iter().map(hidden).collect();
+        inner.locals = cx.locals.iter().map(Local::hidden).collect();
         let mut bound = Vec::new();
         for (parameter, argument) in function.parameters.iter().zip(arguments) {
             let ty = self.type_named(&parameter.ty);
             let what = format!("`{}` of `{}`", parameter.name.text, function.name.text);
             let mut outside = cx.clone();
             // Earlier arguments take slots of their own.
-            outside.locals.extend(inner.locals.iter().skip(cx.locals.len()).map(hidden));
+            outside.locals.extend(inner.locals.iter().skip(cx.locals.len()).map(Local::hidden));
             let value = self.expect(&argument.value, &mut outside, &ty, &what);
             bound.push((inner.locals.len(), value));
             self.bind_parameter(&parameter.name, ty, &mut inner);

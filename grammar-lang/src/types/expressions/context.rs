@@ -12,6 +12,13 @@ pub(in crate::types) struct Local {
     pub(in crate::types) span: Span,
 }
 
+impl Local {
+    /// The same slot for a text that does not know the name.
+    pub(in crate::types) fn hidden(&self) -> Self {
+        Self { name: String::new(), ..self.clone() }
+    }
+}
+
 /// Where an expression stands.
 #[derive(Clone, Debug)]
 pub(in crate::types) struct Context {

@@ -21,8 +21,9 @@ impl Expressions<'_> {
         value: &ast::Expr,
     ) {
         let known = std::mem::take(&mut self.errors);
+        let outside = std::mem::replace(&mut self.tries_a_body, true);
         let mut fewest: Option<Found> = None;
-        for stage in [
+        let anywhere = [
             Stage::Declaration,
             Stage::Derivation,
             Stage::Objective,
@@ -31,7 +32,11 @@ impl Expressions<'_> {
             Stage::Reward,
             Stage::Schedule,
             Stage::Weight,
-        ] {
+        ];
+        // What reads shared variables is known to actuations alone.
+        let reads_shared = self.environment.sharing.reads(declaration);
+        let tried = if reads_shared { &[Stage::Drive][..] } else { &anywhere };
+        for stage in tried.iter().copied() {
             let mut cx = Context::new(stage, false);
             for parameter in parameters {
                 let ty = self.type_named(&parameter.ty);
@@ -48,6 +53,7 @@ impl Expressions<'_> {
                 fewest = Some(found);
             }
         }
+        self.tries_a_body = outside;
         self.errors = known;
         for error in fewest.unwrap_or_default().into_vec() {
             self.report(error);

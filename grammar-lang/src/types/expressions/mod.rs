@@ -14,6 +14,7 @@ mod members;
 mod mend;
 mod named_types;
 pub(super) mod names;
+mod shared;
 mod signature;
 pub(super) mod stage;
 mod table;
@@ -116,6 +117,8 @@ pub(super) struct Expressions<'a> {
     params: BTreeMap<Declaration, CheckedParam>,
     /// Named constants that have been checked; `None` while they are.
     inlined: BTreeMap<Declaration, Option<Expr>>,
+    /// The types of values that read shared variables.
+    shared_types: BTreeMap<Declaration, Ty>,
     /// Whether an expression is being checked, so that what is checked now is a piece of it.
     inside: bool,
     /// Where names of rules and actuations are bound that something reads.
@@ -126,6 +129,8 @@ pub(super) struct Expressions<'a> {
     open_constants: usize,
     /// Functions whose bodies are being checked, outermost first.
     open_functions: Vec<Declaration>,
+    /// Whether a body is tried in a stage, with no actuation around it: see [`Self::own_body`].
+    tries_a_body: bool,
     written: WrittenOut,
     working: Working,
     /// How many more names misspelt ones may be compared with.
@@ -149,11 +154,13 @@ impl<'a> Expressions<'a> {
             touched: IndexSet::new(),
             params: BTreeMap::new(),
             inlined: BTreeMap::new(),
+            shared_types: BTreeMap::new(),
             inside: false,
             read: IndexSet::new(),
             open: Vec::new(),
             open_constants: 0,
             open_functions: Vec::new(),
+            tries_a_body: false,
             written: WrittenOut::default(),
             working: Working {
                 constants: Constants::default(),
@@ -270,15 +277,7 @@ impl<'a> Expressions<'a> {
             return unknown;
         }
         if self.open_constants >= DEEPEST {
-            self.report(
-                Diagnostic::new(
-                    Code::TOO_DEEP,
-                    value.span,
-                    format!("more than {DEEPEST} constants build on each other"),
-                )
-                .label("too deep")
-                .help("declare them in another order, or fewer of them"),
-            );
+            self.tell_too_deep(value.span);
             return unknown;
         }
         self.inlined.insert(declaration, None);
@@ -305,6 +304,15 @@ impl<'a> Expressions<'a> {
         }
         self.inlined.insert(declaration, Some(expr.clone()));
         expr
+    }
+
+    fn tell_too_deep(&mut self, span: Span) {
+        let message = format!("more than {DEEPEST} constants build on each other");
+        self.report(
+            Diagnostic::new(Code::TOO_DEEP, span, message)
+                .label("too deep")
+                .help("declare them in another order, or fewer of them"),
+        );
     }
 
     /// Reports what is defined by itself, with the others that the circle goes through.

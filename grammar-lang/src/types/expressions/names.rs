@@ -98,6 +98,9 @@ impl Expressions<'_> {
                 return make(ExprKind::Term(name.to_owned()), ty);
             }
             ItemKind::Sense(sense) => return self.sensed(sense, &[], span, cx),
+            ItemKind::Let(_, None, _) if self.environment.sharing.reads(declaration) => {
+                return self.shared(name, declaration, item, span, cx);
+            }
             ItemKind::Let(_, None, value) => {
                 let value = self.inline(declaration, value);
                 return Expr { span, ..value };
@@ -120,24 +123,7 @@ impl Expressions<'_> {
                 }
                 return make(ExprKind::Scenarios(name.to_owned()), Ty::List(Box::new(Ty::World)));
             }
-            ItemKind::Shared(_) if cx.stage == Stage::Drive => {
-                self.report(
-                    Diagnostic::new(Code::WRONG_STAGE, span, format!("a function cannot read `{name}`"))
-                        .label("a variable of the actuations")
-                        .help(format!(
-                            "give it as an argument: only the actuations themselves read `{name}`"
-                        )),
-                );
-                return unknown(span);
-            }
-            ItemKind::Shared(_) => {
-                return self.stage_error(
-                    span,
-                    name,
-                    cx.stage,
-                    "the actuations, as one variable of all of them",
-                );
-            }
+            ItemKind::Shared(_) => return self.shared(name, declaration, item, span, cx),
             ItemKind::Task(..) => {
                 return self.wrong(
                     span,
