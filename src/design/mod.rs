@@ -14,6 +14,7 @@ mod overlap;
 mod places;
 mod port;
 mod row;
+pub(crate) mod solid;
 mod symmetry;
 
 use std::collections::{BTreeMap, BTreeSet};

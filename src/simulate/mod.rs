@@ -2,9 +2,9 @@
 //!
 //! A [`Model`] lowers an [`Assembly`] to its own bodies once; the [`Simulation`]
 //! it returns then runs as many drives of that body as wanted without
-//! allocating anew. Three solvers implement it: `articulated` (hinges in reduced
-//! coordinates), `balls` (soft material as balls and springs) and `rapier` (maximal
-//! coordinates, the second opinion on both). This layer knows no grammar.
+//! allocating anew. Four solvers implement it: `articulated` (hinges in reduced
+//! coordinates), `balls` (soft material as balls and springs), `rapier` (maximal
+//! coordinates, the second opinion on both) and `rod` (actuators as elastic rods). This layer knows no grammar.
 
 pub mod articulated;
 pub mod balls;
@@ -15,6 +15,7 @@ mod lattice;
 mod lowering;
 pub mod motion;
 pub mod rapier;
+pub mod rod;
 mod run;
 mod schedule;
 mod servo;
@@ -160,11 +161,13 @@ pub enum SolverName {
     Balls,
     /// Hinges by another engine: the second opinion.
     Rapier,
+    /// Actuators as elastic rods: softer than hinges, and dearer.
+    Rod,
 }
 
 impl SolverName {
     /// Every one, the default first.
-    pub const ALL: [Self; 3] = [Self::Articulated, Self::Balls, Self::Rapier];
+    pub const ALL: [Self; 4] = [Self::Articulated, Self::Balls, Self::Rapier, Self::Rod];
 
     /// What `--solver` and saved designs call it.
     #[must_use]
@@ -173,6 +176,7 @@ impl SolverName {
             Self::Articulated => "articulated",
             Self::Balls => "balls",
             Self::Rapier => "rapier",
+            Self::Rod => "rod",
         }
     }
 
@@ -189,6 +193,7 @@ impl SolverName {
             Self::Articulated => &articulated::Articulated,
             Self::Balls => &balls::Balls,
             Self::Rapier => &rapier::Rapier::FINE,
+            Self::Rod => &rod::Rod::FINE,
         }
     }
 }

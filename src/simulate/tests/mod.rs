@@ -13,7 +13,7 @@ mod worlds;
 use super::Settings;
 
 /// The solvers that take hinges.
-pub(crate) const HINGED: [&str; 2] = ["articulated", "rapier"];
+pub(crate) const HINGED: [&str; 3] = ["articulated", "rapier", "rod"];
 
 /// The settings of the measurements.
 pub(crate) fn settings() -> Settings {

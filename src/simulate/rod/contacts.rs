@@ -1,0 +1,133 @@
+//! Contacts with Coulomb friction: projected Gauss-Seidel, one contact after the other, with the cone itself.
+
+use nalgebra::{Matrix3, Matrix6x3, Vector3, Vector6};
+
+use super::factor::TreeFactor;
+use super::links::Place;
+
+/// So deep an overlap is left, m, so that contacts last.
+const SLOP: f64 = 2e-5;
+/// What overlaps is taken apart by this share of it in a step.
+const MEND: f64 = 0.2;
+/// No faster than this, m/s.
+const MEND_SPEED: f64 = 0.2;
+
+/// A contact in a step, in the factorised space: its speed is the product of its rows and the bodies' own vectors.
+#[derive(Clone, Debug)]
+pub(super) struct Contact {
+    /// Along the paths of its bodies to the root: the rows of the normal and of two directions along the surface.
+    rows: Vec<(usize, Matrix6x3<f64>)>,
+    own: Matrix3<f64>,
+    /// The least speed apart, m/s.
+    least: f64,
+    friction: f64,
+    /// Impulses along the three directions, N s.
+    pub(super) impulse: Vector3<f64>,
+    /// The number that remembers them.
+    pub(super) slot: usize,
+}
+
+/// Where two bodies, or a body and the ground, may touch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    pub(super) body: usize,
+    pub(super) other: Option<usize>,
+    pub(super) point: Vector3<f64>,
+    /// Away from the other one.
+    pub(super) normal: Vector3<f64>,
+    pub(super) gap: f64,
+    pub(super) friction: f64,
+    pub(super) slot: usize,
+}
+
+impl Contact {
+    /// A contact, which begins with the impulse of the last step.
+    pub(super) fn new(
+        spot: &Spot,
+        places: &[Place],
+        factor: &TreeFactor,
+        last: Vector3<f64>,
+        step: f64,
+        room: &mut [Matrix6x3<f64>],
+    ) -> Self {
+        let normal = spot.normal;
+        let first = if normal.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
+        let first = (first - normal * normal.dot(&first)).normalize();
+        let directions = [normal, first, normal.cross(&first)];
+        let jacobian = |body: usize, sign: f64| {
+            let arm = spot.point - places[body].centre;
+            let columns = directions.map(|way| {
+                let turn = arm.cross(&way);
+                Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z) * sign
+            });
+            Matrix6x3::from_columns(&columns)
+        };
+        let mut path: Vec<usize> = factor.path(spot.body).collect();
+        room[spot.body] += jacobian(spot.body, 1.0);
+        if let Some(other) = spot.other {
+            path.extend(factor.path(other));
+            room[other] += jacobian(other, -1.0);
+            path.sort_unstable_by(|a, b| b.cmp(a));
+            path.dedup();
+        }
+        let rows = factor.forward_rows(&path, room);
+        let own = rows.iter().map(|(_, rows)| rows.tr_mul(rows)).sum();
+        let deep = (-spot.gap - SLOP).max(0.0);
+        let least = if spot.gap > 0.0 { -spot.gap / step } else { (deep * MEND / step).min(MEND_SPEED) };
+        Self { rows, own, least, friction: spot.friction, impulse: last, slot: spot.slot }
+    }
+
+    /// Adds an impulse to what the bodies have.
+    fn push(&self, impulse: &Vector3<f64>, vectors: &mut [Vector6<f64>]) {
+        for (body, rows) in &self.rows {
+            vectors[*body] += rows * impulse;
+        }
+    }
+
+    /// The speeds along its three directions.
+    fn speeds(&self, vectors: &[Vector6<f64>]) -> Vector3<f64> {
+        self.rows.iter().map(|(body, rows)| rows.tr_mul(&vectors[*body])).sum()
+    }
+
+    /// Finds its impulse while the others keep theirs. By how much it changes.
+    fn relax(&mut self, vectors: &mut [Vector6<f64>]) -> f64 {
+        let speeds = self.speeds(vectors);
+        let normal = (self.impulse.x - (speeds.x - self.least) / self.own[(0, 0)]).max(0.0);
+        let change = normal - self.impulse.x;
+        // The tangents know what the normal changes.
+        let along =
+            Vector3::new(0.0, speeds.y + self.own[(1, 0)] * change, speeds.z + self.own[(2, 0)] * change);
+        let size = self.own[(1, 1)].max(self.own[(2, 2)]);
+        let mut tangent = Vector3::new(0.0, self.impulse.y, self.impulse.z) - along / size;
+        let (most, length) = (self.friction * normal, tangent.norm());
+        if length > most {
+            tangent *= if length > 0.0 { most / length } else { 0.0 };
+        }
+        let now = Vector3::new(normal, tangent.y, tangent.z);
+        let by = now - self.impulse;
+        self.push(&by, vectors);
+        self.impulse = now;
+        by.norm()
+    }
+}
+
+/// Finds the impulses of all contacts, in so many sweeps at most: one that changes them by no more than a share is the last.
+pub(super) fn solve(
+    contacts: &mut [Contact],
+    vectors: &mut [Vector6<f64>],
+    (sweeps, tolerance): (usize, f64),
+) {
+    for contact in contacts.iter() {
+        contact.push(&contact.impulse, vectors);
+    }
+    for _ in 0..sweeps {
+        let mut changed = 0.0;
+        for contact in contacts.iter_mut() {
+            changed += contact.relax(vectors);
+        }
+        let all: f64 = contacts.iter().map(|contact| contact.impulse.norm()).sum();
+        if changed <= tolerance * all {
+            return;
+        }
+    }
+}

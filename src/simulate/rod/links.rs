@@ -1,0 +1,306 @@
+//! Links between bodies: six springs and dampers where two bodies meet, implicit in the step.
+//!
+//! A piece of a beam is a geometrically exact beam element that bends in its middle: it stretches, shears, bends about two axes and
+//! twists (Simo, A Finite Strain Beam Formulation, 1985; with one point per element, as in Wittbrodt, Adamiec-Wojcik and Wojciech,
+//! Dynamics of Flexible Multibody Systems, 2006). A joint of the assembly has stiff springs in place of what it holds.
+
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+
+use super::section::{POISSON, Section};
+use super::turns;
+use crate::design::assembly::{Control, Dof, Travel};
+
+/// Where a body is, and how it moves. Rotations are from rest; axes are the world's.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// The centre of mass, m.
+    pub(super) centre: Vector3<f64>,
+    pub(super) turn: UnitQuaternion<f64>,
+    /// m/s.
+    pub(super) velocity: Vector3<f64>,
+    /// rad/s.
+    pub(super) spin: Vector3<f64>,
+}
+
+/// How stiff what holds must be, in N/m for each kg of the body: it gives way by a micrometre under the weight.
+const HOLD: f64 = 1e7;
+/// Squared lever, m^2, that makes a stiffness against turning of one against shifting.
+const LEVER: f64 = 1e-3;
+/// An end of a range is so much softer than what holds.
+const END: f64 = 0.01;
+
+/// What moves a link along what is driven or free of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Drive {
+    /// A spring about a target.
+    Position,
+    /// A damper about a speed.
+    Speed,
+    /// Its own spring: about the target, which does not move.
+    Own,
+}
+
+/// A link between a body and its parent.
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    pub(super) body: usize,
+    pub(super) parent: usize,
+    /// From the centre of each body to where they meet, at rest: the parent's first.
+    arms: [Vector3<f64>; 2],
+    /// The axes of the link, at rest: the driven one is the first.
+    frame: Matrix3<f64>,
+    /// Against turning about each axis, N m/rad, then against shifting along each, N/m.
+    stiffness: [f64; 6],
+    damping: [f64; 6],
+    /// Which of the six the drive moves.
+    driven: usize,
+    drive: Drive,
+    /// The greatest torque or force of the drive.
+    effort: f64,
+    limits: (f64, f64),
+    /// Whether it is a piece of a beam: then it turns by little, about any axis.
+    is_beam: bool,
+    /// Which target it follows, and how many times that.
+    pub(super) servo: usize,
+    pub(super) share: f64,
+}
+
+/// What a link does in a step.
+#[derive(Clone, Debug)]
+pub(super) struct Action {
+    /// Where it acts, m.
+    at: Vector3<f64>,
+    /// Its axes now.
+    axes: Matrix3<f64>,
+    /// Its deformation: turns in rad, then shifts in m.
+    pub(super) deformation: [f64; 6],
+    /// Of the springs where the step begins, on the child.
+    effort: [f64; 6],
+    stiffness: [f64; 6],
+    damping: [f64; 6],
+}
+
+impl Link {
+    /// A piece of a beam, so long in m, whose row has so many hinges and is cut into so many links.
+    pub(super) fn elastic(
+        (parent, body): (usize, usize),
+        arms: [Vector3<f64>; 2],
+        (dof, way): (&Dof, &Vector3<f64>),
+        section: &Section,
+        (hinges, links, length): (usize, usize, f64),
+    ) -> Self {
+        // Springs in a row: the row as a whole is as stiff as its hinges are together.
+        let times = links as f64 / hinges as f64;
+        let bending = dof.stiffness * times;
+        let young = bending * length / section.driven;
+        let shear = young / (2.0 * (1.0 + POISSON));
+        let across = shear * section.shear * section.area / length;
+        let stiffness = [
+            bending,
+            shear * section.torsion / length,
+            young * section.sideways / length,
+            across,
+            young * section.area / length,
+            across,
+        ];
+        let axis = dof.axis.into_inner();
+        Self {
+            body,
+            parent,
+            arms,
+            frame: Matrix3::from_columns(&[axis, *way, axis.cross(way)]),
+            stiffness,
+            damping: stiffness.map(|stiffness| stiffness * dof.damping / dof.stiffness),
+            driven: 0,
+            drive: Drive::Position,
+            effort: dof.effort,
+            limits: (f64::NEG_INFINITY, f64::INFINITY),
+            is_beam: true,
+            servo: 0,
+            share: hinges as f64 / links as f64,
+        }
+    }
+
+    /// A joint of the assembly, of a body of a mass in kg.
+    pub(super) fn joint(
+        (parent, body): (usize, usize),
+        arms: [Vector3<f64>; 2],
+        dof: &Dof,
+        mass: f64,
+    ) -> Self {
+        let hold = HOLD * mass;
+        let mut stiffness = [hold * LEVER, hold * LEVER, hold * LEVER, hold, hold, hold];
+        let mut damping = [0.0; 6];
+        let driven = match dof.travel {
+            Travel::Turn => 0,
+            Travel::Slide => 3,
+        };
+        stiffness[driven] = if dof.is_spun() { 0.0 } else { dof.stiffness };
+        damping[driven] = dof.damping;
+        let axis = dof.axis.into_inner();
+        let across = axis.cross(&Vector3::ith(axis.abs().imin(), 1.0)).normalize();
+        let drive = match dof.control {
+            Control::Position { .. } => Drive::Position,
+            Control::Speed { .. } => Drive::Speed,
+            Control::Passive { .. } => Drive::Own,
+        };
+        Self {
+            body,
+            parent,
+            arms,
+            frame: Matrix3::from_columns(&[axis, across, axis.cross(&across)]),
+            stiffness,
+            damping,
+            driven,
+            drive,
+            effort: dof.effort,
+            limits: dof.limits,
+            is_beam: false,
+            servo: 0,
+            share: 1.0,
+        }
+    }
+
+    /// Which of its deformations is driven or free.
+    pub(super) fn driven(&self) -> usize {
+        self.driven
+    }
+
+    /// Whether an actuator moves it.
+    pub(super) fn is_driven(&self) -> bool {
+        self.drive != Drive::Own
+    }
+
+    /// Whether an actuator gives it a speed.
+    pub(super) fn is_spun(&self) -> bool {
+        self.drive == Drive::Speed
+    }
+
+    /// How it is deformed where a step begins, where it acts, and its axes there. An angle is as near as can be to that before.
+    fn deformed(&self, parent: &Place, body: &Place, before: f64) -> ([f64; 6], Vector3<f64>, Matrix3<f64>) {
+        let ends = [parent.centre + parent.turn * self.arms[0], body.centre + body.turn * self.arms[1]];
+        let between = parent.turn.inverse() * body.turn;
+        let (turned, axes) = if self.is_beam {
+            let vector = turns::vector(&between);
+            let half = parent.turn * turns::by(&(vector * 0.5));
+            (self.frame.tr_mul(&vector), half.to_rotation_matrix() * self.frame)
+        } else {
+            let axes = parent.turn.to_rotation_matrix() * self.frame;
+            let axis = self.frame.column(0).into_owned();
+            let (angle, rest) = turns::about(&between, &axis, before);
+            let mut turned = self.frame.tr_mul(&rest);
+            turned.x += angle;
+            (turned, axes)
+        };
+        let shifted = axes.tr_mul(&(ends[1] - ends[0]));
+        let deformation = [turned.x, turned.y, turned.z, shifted.x, shifted.y, shifted.z];
+        (deformation, (ends[0] + ends[1]) * 0.5, axes)
+    }
+
+    /// Whether it is a piece of a beam.
+    pub(super) fn is_elastic(&self) -> bool {
+        self.is_beam
+    }
+
+    /// Where it stands along what is driven or free, rad or m; an angle is as near as can be to that before.
+    pub(super) fn position(&self, parent: &Place, body: &Place, before: f64) -> f64 {
+        self.deformed(parent, body, before).0[self.driven]
+    }
+
+    /// What it does in a step that begins here, towards a target.
+    pub(super) fn act(&self, parent: &Place, body: &Place, target: f64, before: f64, step: f64) -> Action {
+        let (deformation, at, axes) = self.deformed(parent, body, before);
+        let (mut stiffness, mut damping) = (self.stiffness, self.damping);
+        let mut effort: [f64; 6] = std::array::from_fn(|axis| stiffness[axis] * deformation[axis]);
+        let own = self.driven;
+        let mut action = Action { at, axes, deformation, effort, stiffness, damping };
+        let rate = action.rates(parent, body)[own];
+        effort[own] = match self.drive {
+            Drive::Position | Drive::Own => stiffness[own] * (deformation[own] - target),
+            Drive::Speed => -damping[own] * target,
+        };
+        // At its limit, what drives does not depend on how the body moves. The damping of a beam is that of its material, which has none.
+        let of_motor = if self.is_beam { 0.0 } else { damping[own] };
+        let foreseen = effort[own] + (stiffness[own] * step + of_motor) * rate;
+        if foreseen.abs() > self.effort {
+            effort[own] = self.effort.copysign(foreseen);
+            stiffness[own] = 0.0;
+            damping[own] -= of_motor;
+        }
+        let soon = deformation[own] + rate * step;
+        let (low, high) = self.limits;
+        let end = if own < 3 { END * self.stiffness[1] } else { END * self.stiffness[4] };
+        if soon < low || soon > high {
+            effort[own] += end * (deformation[own] - if soon < low { low } else { high });
+            stiffness[own] += end;
+        }
+        (action.effort, action.stiffness, action.damping) = (effort, stiffness, damping);
+        action
+    }
+
+    /// The energy of its springs, J, but for what a drive moves.
+    pub(super) fn energy(&self, action: &Action, target: f64) -> f64 {
+        let mut sum = 0.0;
+        for axis in 0..6 {
+            let by = action.deformation[axis];
+            sum += match (axis == self.driven, self.drive) {
+                (true, Drive::Position | Drive::Speed) => 0.0,
+                (true, Drive::Own) => 0.5 * self.stiffness[axis] * (by - target) * (by - target),
+                (false, _) => 0.5 * self.stiffness[axis] * by * by,
+            };
+        }
+        sum
+    }
+
+    /// The work that its drive does in a step after which the bodies move so, J.
+    pub(super) fn work(&self, action: &Action, parent: &Place, body: &Place, step: f64) -> f64 {
+        let own = self.driven;
+        let rate = action.rates(parent, body)[own];
+        let effort = action.effort[own] + (action.stiffness[own] * step + action.damping[own]) * rate;
+        -effort * rate * step
+    }
+}
+
+impl Action {
+    /// How fast it deforms when its bodies move so.
+    pub(super) fn rates(&self, parent: &Place, body: &Place) -> [f64; 6] {
+        let moves = |place: &Place| place.velocity + place.spin.cross(&(self.at - place.centre));
+        let turns = self.axes.tr_mul(&(body.spin - parent.spin));
+        let shifts = self.axes.tr_mul(&(moves(body) - moves(parent)));
+        [turns.x, turns.y, turns.z, shifts.x, shifts.y, shifts.z]
+    }
+
+    /// The impulses of the springs on the child and on the parent: force first, then torque about the centre.
+    pub(super) fn impulses(&self, parent: &Place, body: &Place, step: f64) -> [Vector6<f64>; 2] {
+        let [a, b, c, d, e, f] = self.effort;
+        let torque = self.axes * Vector3::new(a, b, c) * -step;
+        let force = self.axes * Vector3::new(d, e, f) * -step;
+        let on = |place: &Place, sign: f64| {
+            let turning = (self.at - place.centre).cross(&force) + torque;
+            Vector6::new(force.x, force.y, force.z, turning.x, turning.y, turning.z) * sign
+        };
+        [on(body, 1.0), on(parent, -1.0)]
+    }
+
+    /// What it adds to the matrix of a step: to the block of the child, to that of the parent, and between the two.
+    pub(super) fn matrices(&self, parent: &Place, body: &Place, step: f64) -> [Matrix6<f64>; 3] {
+        let each = |axis: usize| (self.stiffness[axis] * step + self.damping[axis]) * step;
+        let in_world = |first: usize| {
+            let diagonal =
+                Matrix3::from_diagonal(&Vector3::new(each(first), each(first + 1), each(first + 2)));
+            self.axes * diagonal * self.axes.transpose()
+        };
+        let (turning, shifting) = (in_world(0), in_world(3));
+        let levers = [body, parent].map(|place| (self.at - place.centre).cross_matrix());
+        // A point moves by velocity plus spin times arm: the cross product the other way round.
+        let block = |left: &Matrix3<f64>, right: &Matrix3<f64>| {
+            let mut block = Matrix6::zeros();
+            block.fixed_view_mut::<3, 3>(0, 0).copy_from(&shifting);
+            block.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-shifting * right));
+            block.fixed_view_mut::<3, 3>(3, 0).copy_from(&(left * shifting));
+            block.fixed_view_mut::<3, 3>(3, 3).copy_from(&(turning - left * shifting * right));
+            block
+        };
+        [block(&levers[0], &levers[0]), block(&levers[1], &levers[1]), -block(&levers[0], &levers[1])]
+    }
+}

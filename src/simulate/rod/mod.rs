@@ -1,0 +1,70 @@
+//! Actuators as elastic rods: what hinges leave out.
+//!
+//! A row of hinges bends about one axis and is rigid otherwise. Silicone is not: it gives way sideways as much as in the driven
+//! plane, and twists. Here each row of segments that bends is a beam: rigid discs with elastic links between them, each of six
+//! degrees of freedom (`discs`, `links`, `section`). The beam as a whole is as stiff in its driven plane as the row of hinges is, from which
+//! its modulus follows; its section says the rest. Other joints stay what they are, with stiff springs in place of what they hold.
+//!
+//! A step is linearly implicit: weight, springs and dampers as they are at its end, in the geometry of its beginning. As bodies and links form a
+//! tree, the matrix is factorised without fill-in (`factor`). Contacts with the ground (`ground`) and between parts (`touches`) follow by projected
+//! Gauss-Seidel in the factorised space (`contacts`). Momenta, not velocities, are carried from step to step, so that free bodies keep
+//! them exactly. All in double precision, and the same on every platform.
+
+mod contacts;
+mod discs;
+mod factor;
+mod ground;
+mod links;
+mod section;
+mod solver;
+#[cfg(test)]
+mod tests;
+mod touches;
+mod turns;
+
+use std::sync::Arc;
+
+use self::discs::Discs;
+use self::solver::Rods;
+use super::lowering::Lowered;
+use super::motion::Placement;
+use super::run::{Driven, Run};
+use super::{Model, Settings, Simulation, Unfit, World, widths};
+use crate::design::assembly::{Assembly, Dof};
+
+/// Actuators as rods.
+#[derive(Clone, Copy, Debug)]
+pub struct Rod {
+    /// Into how many discs a segment is cut: an even number, so that one is in its middle.
+    pub discs: usize,
+}
+
+impl Rod {
+    /// With so many discs that more change the bend of an actuator by less than one part in a hundred.
+    pub const FINE: Self = Self { discs: 2 };
+
+    /// A body in a world, with what drives it.
+    fn made(self, body: &Assembly, settings: &Settings, world: &World) -> Result<(Rods, Driven), Unfit> {
+        let whole = Lowered::new(body, settings)?;
+        let discs = Discs::new(body, self.discs)?;
+        let lowered = Lowered::new(&discs.assembly, settings)?;
+        let placement = |(element, piece): (usize, &usize)| {
+            let piece = &lowered.pieces[*piece];
+            Placement { body: piece.body, local: piece.local, shape: body.elements[element].shape }
+        };
+        let placements: Arc<[Placement]> = discs.of_element.iter().enumerate().map(placement).collect();
+        let dofs: Vec<&Dof> = whole.bodies.iter().filter_map(|body| body.dof.as_ref()).collect();
+        let driven = Driven::joints(&dofs, &whole.servos, lowered.bodies.len(), body.actuators, placements);
+        Ok((Rods::new(&discs, (&whole, &lowered), settings, world)?, driven))
+    }
+}
+
+impl Model for Rod {
+    fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
+        let rod = *self;
+        widths::alone(assembly, &settings.in_whole_steps(), move |body, settings, world| {
+            let (rods, driven) = rod.made(body, settings, world)?;
+            Ok(Box::new(Run::new(rods, driven, settings, &[])))
+        })
+    }
+}

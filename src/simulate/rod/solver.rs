@@ -1,0 +1,554 @@
+//! The body as discs, blocks and links, and its steps.
+
+use nalgebra::{Isometry3, Matrix3, Matrix6x3, UnitQuaternion, Vector3, Vector6};
+
+use super::contacts::{self, Contact, Spot};
+use super::discs::{Discs, Link as From};
+use super::factor::{TreeFactor, TreeMatrix};
+use super::ground::{Near, Sole};
+use super::links::{Action, Link, Place};
+use super::touches::Touches;
+use super::turns;
+use crate::simulate::lowering::{self, Lowered, Piece};
+use crate::simulate::run::Stepper;
+use crate::simulate::{Invalid, Settings, Unfit, World};
+
+/// A gap in m below which a point is looked at even when all is still.
+const MARGIN: f64 = 5e-4;
+/// Energy that may come from nowhere, as a height in m to which it lifts the whole body.
+const ALLOWED: f64 = 0.0025;
+/// So many steps one after the other may turn a body too far.
+const WHIRLS: usize = 12;
+
+/// What a joint of the assembly reads.
+#[derive(Clone, Copy, Debug)]
+enum Reading {
+    /// Its share of the bend of a beam: the beam, and of how many hinges one.
+    OfBeam { beam: usize, hinges: usize },
+    /// A link.
+    OfLink { link: usize },
+}
+
+/// How a body moves, as what stays without forces.
+#[derive(Clone, Copy, Debug)]
+struct Momentum {
+    /// kg m/s.
+    linear: Vector3<f64>,
+    /// About the centre, kg m^2/s.
+    angular: Vector3<f64>,
+}
+
+/// One body of the refined assembly.
+#[derive(Clone, Debug)]
+struct Body {
+    mass: f64,
+    /// In its own frame, kg m^2.
+    inertia: Matrix3<f64>,
+    /// Radius of a ball about its centre that holds it, m.
+    reach: f64,
+}
+
+/// The solver.
+#[derive(Clone, Debug)]
+pub(super) struct Rods {
+    settings: Settings,
+    /// m/s^2.
+    gravity: Vector3<f64>,
+    bodies: Vec<Body>,
+    rest: Vec<Place>,
+    links: Vec<Link>,
+    pieces: Vec<Piece>,
+    soles: Vec<Sole>,
+    touches: Option<Touches>,
+    /// Whether there is a ground: tests take it away.
+    is_grounded: bool,
+    readings: Vec<Reading>,
+    /// The links of each beam.
+    beams: Vec<Vec<usize>>,
+    /// The pieces that stand for each element.
+    parts: Vec<Vec<usize>>,
+
+    places: Vec<Place>,
+    momenta: Vec<Momentum>,
+    targets: Vec<f64>,
+    actions: Vec<Action>,
+    /// The work of the drive of each link: all of it, and what was positive, J.
+    work: Vec<[f64; 2]>,
+    /// Impulses of the last step by number, N s.
+    remembered: Vec<Vector3<f64>>,
+    matrix: TreeMatrix,
+    factor: TreeFactor,
+    room: Vec<Matrix6x3<f64>>,
+    /// The lowest balance of energy and work so far, J.
+    lowest: f64,
+    /// How much energy may come from nowhere, J.
+    allowed: f64,
+    whirled: usize,
+    failure: Option<Invalid>,
+}
+
+impl Rods {
+    /// A refined assembly on the ground of a world, as lowered before and after it was refined.
+    pub(super) fn new(
+        discs: &Discs,
+        (whole, lowered): (&Lowered, &Lowered),
+        settings: &Settings,
+        world: &World,
+    ) -> Result<Self, Unfit> {
+        if whole.bodies.iter().any(lowering::Body::is_massless) {
+            let reason = "a part hangs in a socket, which rods do not know; use the solver `articulated`";
+            return Err(Unfit { reason: reason.to_owned() });
+        }
+        let mut bodies: Vec<Body> = lowered
+            .bodies
+            .iter()
+            .map(|body| Body { mass: body.mass, inertia: body.inertia, reach: 0.0 })
+            .collect();
+        for piece in &lowered.pieces {
+            let reach = piece.local.translation.vector.norm() + piece.shape.reach();
+            let own = &mut bodies[piece.body].reach;
+            *own = own.max(reach);
+        }
+        let still = |body: &lowering::Body| Place {
+            centre: body.centre,
+            turn: UnitQuaternion::identity(),
+            velocity: Vector3::zeros(),
+            spin: Vector3::zeros(),
+        };
+        let rest: Vec<Place> = lowered.bodies.iter().map(still).collect();
+        let links = links(discs, whole, lowered);
+        let is_slice =
+            |piece: usize| discs.beams.iter().any(|beam| beam.discs[1..beam.links()].contains(&piece));
+        let (mut soles, mut slots) = (Vec::new(), 0);
+        for (number, piece) in lowered.pieces.iter().enumerate() {
+            let sole = Sole::new(piece, is_slice(number), slots);
+            slots += sole.slots();
+            soles.push(sole);
+        }
+        let mass: f64 = bodies.iter().map(|body| body.mass).sum();
+        let touches = settings.self_collision.then(|| Touches::new(discs, lowered));
+        let parents: Vec<usize> = lowered.bodies.iter().map(|body| body.parent).collect();
+        let matrix = TreeMatrix::new(parents);
+        let count = bodies.len();
+        let mut parts = vec![Vec::new(); discs.of_element.len()];
+        for (element, &piece) in discs.of_element.iter().enumerate() {
+            parts[element].push(piece);
+        }
+        for beam in &discs.beams {
+            let each = beam.links() as f64 / beam.segments.len() as f64;
+            for (number, &disc) in beam.discs.iter().enumerate() {
+                let segment = ((number as f64 / each) as usize).min(beam.segments.len() - 1);
+                let own = &mut parts[beam.segments[segment]];
+                if !own.contains(&disc) {
+                    own.push(disc);
+                }
+            }
+        }
+        let mut own = Self {
+            settings: settings.clone(),
+            gravity: world.gravity(settings),
+            remembered: vec![Vector3::zeros(); slots + touches.as_ref().map_or(0, Touches::len)],
+            readings: readings(discs, whole, lowered, &links),
+            beams: (0..discs.beams.len())
+                .map(|beam| {
+                    let pieces = &discs.beams[beam].discs[1..];
+                    let of_beam =
+                        |link: &Link| pieces.iter().any(|disc| lowered.pieces[*disc].body == link.body);
+                    (0..links.len())
+                        .filter(|link| links[*link].is_elastic() && of_beam(&links[*link]))
+                        .collect()
+                })
+                .collect(),
+            parts,
+            bodies,
+            places: rest.clone(),
+            rest,
+            work: vec![[0.0; 2]; links.len()],
+            links,
+            pieces: lowered.pieces.clone(),
+            soles,
+            touches,
+            is_grounded: true,
+            momenta: Vec::with_capacity(count),
+            targets: vec![0.0; whole.servos.len()],
+            actions: Vec::new(),
+            factor: TreeFactor::new(&matrix),
+            matrix,
+            room: vec![Matrix6x3::zeros(); count],
+            lowest: f64::MAX,
+            // Without weight a body may still spin: as much as on earth.
+            allowed: mass * settings.gravity.max(9.81) * ALLOWED,
+            whirled: 0,
+            failure: None,
+        };
+        own.begin();
+        Ok(own)
+    }
+
+    fn begin(&mut self) {
+        let still = Momentum { linear: Vector3::zeros(), angular: Vector3::zeros() };
+        self.places.clone_from(&self.rest);
+        self.momenta.clear();
+        self.momenta.resize(self.bodies.len(), still);
+        self.targets.fill(0.0);
+        self.work.fill([0.0; 2]);
+        self.remembered.fill(Vector3::zeros());
+        self.actions.clear();
+        for link in &self.links {
+            let (parent, body) = (&self.places[link.parent], &self.places[link.body]);
+            self.actions.push(link.act(parent, body, 0.0, 0.0, self.settings.step));
+        }
+        (self.lowest, self.whirled, self.failure) = (f64::MAX, 0, None);
+    }
+
+    /// What a link is asked for.
+    fn target(&self, link: &Link) -> f64 {
+        self.targets.get(link.servo).map_or(0.0, |target| target * link.share)
+    }
+
+    /// The inertia of a body in the axes of the world, kg m^2.
+    fn inertia(&self, body: usize) -> Matrix3<f64> {
+        let turn = self.places[body].turn.to_rotation_matrix();
+        turn.matrix() * self.bodies[body].inertia * turn.matrix().transpose()
+    }
+
+    /// Fills the matrix of a step, and finds its right side: momenta with the impulses of weight and springs.
+    fn gather(&mut self) -> Vec<Vector6<f64>> {
+        let step = self.settings.step;
+        self.matrix.clear();
+        let mut right = Vec::with_capacity(self.bodies.len());
+        for (number, body) in self.bodies.iter().enumerate() {
+            let own = &mut self.matrix.own[number];
+            let turn = self.places[number].turn.to_rotation_matrix();
+            let inertia = turn.matrix() * body.inertia * turn.matrix().transpose();
+            own.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * body.mass));
+            own.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
+            let momentum = &self.momenta[number];
+            let linear = momentum.linear + self.gravity * (body.mass * step);
+            let angular = momentum.angular;
+            right.push(Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z));
+        }
+        for number in 0..self.links.len() {
+            let link = &self.links[number];
+            let (parent, body) = (&self.places[link.parent], &self.places[link.body]);
+            let before = self.actions[number].deformation[link.driven()];
+            let action = link.act(parent, body, self.target(link), before, step);
+            let [on_body, on_parent, between] = action.matrices(parent, body, step);
+            self.matrix.own[link.body] += on_body;
+            self.matrix.own[link.parent] += on_parent;
+            self.matrix.coupling[link.body] += between;
+            let [to_body, to_parent] = action.impulses(parent, body, step);
+            right[link.body] += to_body;
+            right[link.parent] += to_parent;
+            self.actions[number] = action;
+        }
+        right
+    }
+
+    /// Where bodies may touch the ground or each other in the step.
+    fn spots(&self) -> Vec<Spot> {
+        let step = self.settings.step;
+        let fall = self.gravity.norm() * step * step;
+        let margins: Vec<f64> = self
+            .places
+            .iter()
+            .zip(&self.bodies)
+            .map(|(place, body)| {
+                MARGIN + fall + 2.0 * step * (place.velocity.norm() + place.spin.norm() * body.reach)
+            })
+            .collect();
+        let mut spots = Vec::new();
+        if self.is_grounded {
+            for (sole, piece) in self.soles.iter().zip(&self.pieces) {
+                sole.find(
+                    &self.places[piece.body],
+                    margins[piece.body],
+                    &mut |Near { body, point, slot }| {
+                        spots.push(Spot {
+                            body,
+                            other: None,
+                            point,
+                            normal: Vector3::y(),
+                            gap: point.y,
+                            friction: World::NOMINAL.grip(piece.friction, &self.settings),
+                            slot,
+                        });
+                    },
+                );
+            }
+        }
+        if let Some(touches) = &self.touches {
+            let of_piece: Vec<f64> = self.pieces.iter().map(|piece| margins[piece.body]).collect();
+            let first = self.remembered.len() - touches.len();
+            touches.find(&self.pieces, &self.places, &of_piece, &mut |meeting| {
+                let (a, b) = meeting.pieces;
+                spots.push(Spot {
+                    body: meeting.bodies.0,
+                    other: Some(meeting.bodies.1),
+                    point: meeting.point,
+                    normal: meeting.normal,
+                    gap: meeting.gap,
+                    friction: (self.pieces[a].friction * self.pieces[b].friction).sqrt(),
+                    slot: first + meeting.pair,
+                });
+            });
+        }
+        spots
+    }
+
+    fn advance(&mut self) -> Result<(), Invalid> {
+        let step = self.settings.step;
+        let mut vectors = self.gather();
+        if !self.factor.factorise(&mut self.matrix) {
+            return Err(Invalid::NotFinite);
+        }
+        if self.gained() > self.allowed {
+            return Err(Invalid::EnergyFromNowhere);
+        }
+        self.factor.forward(&mut vectors);
+        let spots = self.spots();
+        let mut contacts = Vec::with_capacity(spots.len());
+        for spot in &spots {
+            let last = self.remembered[spot.slot];
+            contacts.push(Contact::new(spot, &self.places, &self.factor, last, step, &mut self.room));
+        }
+        contacts::solve(&mut contacts, &mut vectors, (self.settings.iterations, self.settings.tolerance));
+        self.remembered.fill(Vector3::zeros());
+        for contact in &contacts {
+            self.remembered[contact.slot] = contact.impulse;
+        }
+        self.factor.backward(&mut vectors);
+        for (number, found) in vectors.iter().enumerate() {
+            let velocity = Vector3::new(found[0], found[1], found[2]);
+            let spin = Vector3::new(found[3], found[4], found[5]);
+            let angular = self.inertia(number) * spin;
+            self.momenta[number] = Momentum { linear: velocity * self.bodies[number].mass, angular };
+            let place = &mut self.places[number];
+            (place.velocity, place.spin) = (velocity, spin);
+        }
+        for ((link, action), [all, positive]) in self.links.iter().zip(&self.actions).zip(&mut self.work) {
+            if link.is_driven() {
+                let done = link.work(action, &self.places[link.parent], &self.places[link.body], step);
+                *all += done;
+                *positive += done.max(0.0);
+            }
+        }
+        for place in &mut self.places {
+            place.centre += place.velocity * step;
+            place.turn = turns::by(&(place.spin * step)) * place.turn;
+        }
+        self.check()
+    }
+
+    /// How much more energy there is than there was at least, but for the work of drives, J: in truth it only falls.
+    fn gained(&mut self) -> f64 {
+        let work: f64 = self.work.iter().map(|[all, _]| all).sum();
+        let balance = self.energy() - work;
+        self.lowest = self.lowest.min(balance);
+        balance - self.lowest
+    }
+
+    /// Kinetic energy, that of the height, and that of springs, where a step begins, J.
+    pub(super) fn energy(&self) -> f64 {
+        let mut sum = 0.0;
+        for (number, place) in self.places.iter().enumerate() {
+            let Momentum { linear, angular } = self.momenta[number];
+            sum += 0.5 * (linear.dot(&place.velocity) + angular.dot(&place.spin));
+            sum -= self.bodies[number].mass * self.gravity.dot(&place.centre);
+        }
+        for (link, action) in self.links.iter().zip(&self.actions) {
+            sum += link.energy(action, self.target(link));
+        }
+        sum
+    }
+
+    fn check(&mut self) -> Result<(), Invalid> {
+        let mut whirls = false;
+        for (place, body) in self.places.iter().zip(&self.bodies) {
+            let finite = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
+            if !finite(&place.centre) || !finite(&place.velocity) || !finite(&place.spin) {
+                return Err(Invalid::NotFinite);
+            }
+            if place.velocity.norm() > self.settings.speed_limit {
+                return Err(Invalid::TooFast);
+            }
+            if self.is_grounded && place.centre.y <= 0.0 {
+                return Err(Invalid::Sunk);
+            }
+            whirls |= place.spin.norm() > self.settings.turn_limit() && body.mass > 0.0;
+        }
+        self.whirled = if whirls { self.whirled + 1 } else { 0 };
+        if self.whirled >= WHIRLS { Err(Invalid::TurnsTooFast) } else { Ok(()) }
+    }
+
+    /// The momentum and the angular momentum about the origin of the whole.
+    #[cfg(test)]
+    pub(super) fn momentum(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let mut sums = (Vector3::zeros(), Vector3::zeros());
+        for (momentum, place) in self.momenta.iter().zip(&self.places) {
+            sums.0 += momentum.linear;
+            sums.1 += momentum.angular + place.centre.cross(&momentum.linear);
+        }
+        sums
+    }
+
+    /// Takes the ground away.
+    #[cfg(test)]
+    pub(super) fn float(&mut self) {
+        self.is_grounded = false;
+    }
+
+    /// Gives a body a velocity and a spin.
+    #[cfg(test)]
+    pub(super) fn throw(&mut self, body: usize, velocity: Vector3<f64>, spin: Vector3<f64>) {
+        let angular = self.inertia(body) * spin;
+        self.momenta[body] = Momentum { linear: velocity * self.bodies[body].mass, angular };
+        (self.places[body].velocity, self.places[body].spin) = (velocity, spin);
+        self.lowest = f64::MAX;
+    }
+}
+
+/// The links of a refined assembly, by the body that hangs on each.
+fn links(discs: &Discs, whole: &Lowered, lowered: &Lowered) -> Vec<Link> {
+    let mass: f64 = lowered.bodies.iter().map(|body| body.mass).sum();
+    let mut links = Vec::new();
+    for &(element, from) in &discs.links {
+        let number = lowered.pieces[element].body;
+        let own = &lowered.bodies[number];
+        let Some(dof) = &own.dof else { continue };
+        let arms = [own.parent, number].map(|body| dof.anchor.coords - lowered.bodies[body].centre);
+        let pair = (own.parent, number);
+        let servo_of = |child: usize| whole.bodies[whole.pieces[child].body].servo;
+        let mut link = match from {
+            From::Elastic { beam } => {
+                let beam = &discs.beams[beam];
+                let (links, hinges) = (beam.links(), beam.hinges.len());
+                let length = beam.length() / links as f64;
+                let way = beam.way().into_inner();
+                Link::elastic(pair, arms, (&beam.hinge, &way), &beam.section, (hinges, links, length))
+            }
+            From::Joint { .. } => Link::joint(pair, arms, dof, mass),
+        };
+        link.servo = match from {
+            // The last segment hangs on a hinge of the row.
+            From::Elastic { beam } => {
+                let segments = &discs.beams[beam].segments;
+                servo_of(segments[segments.len() - 1])
+            }
+            From::Joint { .. } => {
+                let child = discs.of_element.iter().position(|piece| *piece == element);
+                child.map_or(0, servo_of)
+            }
+        };
+        links.push(link);
+    }
+    links
+}
+
+/// What each moving joint of the assembly as it was lowered reads, in the order of its bodies.
+fn readings(discs: &Discs, whole: &Lowered, lowered: &Lowered, links: &[Link]) -> Vec<Reading> {
+    let element_of = |body: usize| whole.pieces.iter().position(|piece| piece.body == body);
+    (1..whole.bodies.len())
+        .map(|body| {
+            // The element whose joint it is stands first among those of its body.
+            let element = element_of(body).unwrap_or(0);
+            let beam = discs.beams.iter().position(|beam| {
+                let hinged = beam.segments.iter().skip(beam.segments.len() - beam.hinges.len());
+                hinged.into_iter().any(|segment| whole.pieces[*segment].body == body)
+            });
+            match beam {
+                Some(beam) => Reading::OfBeam { beam, hinges: discs.beams[beam].hinges.len() },
+                None => {
+                    let own = lowered.pieces[discs.of_element[element]].body;
+                    let link = links.iter().position(|link| link.body == own).unwrap_or(0);
+                    Reading::OfLink { link }
+                }
+            }
+        })
+        .collect()
+}
+
+impl Stepper for Rods {
+    const LANES: usize = 1;
+
+    fn reset(&mut self) {
+        self.begin();
+    }
+
+    fn aim(&mut self, _: usize, servo: usize, target: f64) {
+        if let Some(own) = self.targets.get_mut(servo) {
+            *own = target;
+        }
+    }
+
+    fn step(&mut self) {
+        if self.failure.is_none() {
+            self.failure = self.advance().err();
+        }
+    }
+
+    fn failure(&self, _: usize) -> Option<Invalid> {
+        self.failure
+    }
+
+    fn pose(&self, _: usize, body: usize) -> Isometry3<f64> {
+        let place = &self.places[body];
+        Isometry3::from_parts(place.centre.into(), place.turn)
+    }
+
+    fn position(&self, _: usize, joint: usize) -> f64 {
+        let bend = |link: &usize| {
+            let own = &self.links[*link];
+            own.position(
+                &self.places[own.parent],
+                &self.places[own.body],
+                self.actions[*link].deformation[own.driven()],
+            )
+        };
+        match self.readings[joint] {
+            Reading::OfBeam { beam, hinges } => {
+                self.beams[beam].iter().map(bend).sum::<f64>() / hinges as f64
+            }
+            Reading::OfLink { link } if self.links[link].is_spun() => self.rate(0, joint).unwrap_or(0.0),
+            Reading::OfLink { link } => bend(&link),
+        }
+    }
+
+    fn work(&self, _: usize, joint: usize) -> f64 {
+        match self.readings[joint] {
+            Reading::OfBeam { beam, hinges } => {
+                self.beams[beam].iter().map(|link| self.work[*link][1]).sum::<f64>() / hinges as f64
+            }
+            Reading::OfLink { link } => self.work[link][1],
+        }
+    }
+
+    fn rate(&self, _: usize, joint: usize) -> Option<f64> {
+        let rate = |link: &usize| {
+            let own = &self.links[*link];
+            let rates = self.actions[*link].rates(&self.places[own.parent], &self.places[own.body]);
+            rates[own.driven()]
+        };
+        Some(match self.readings[joint] {
+            Reading::OfBeam { beam, hinges } => {
+                self.beams[beam].iter().map(rate).sum::<f64>() / hinges as f64
+            }
+            Reading::OfLink { link } => rate(&link),
+        })
+    }
+
+    fn velocity(&self, _: usize, body: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let place = &self.places[body];
+        Some((place.velocity, place.spin))
+    }
+
+    fn load(&self, _: usize, element: usize) -> Option<f64> {
+        let of_piece = |piece: &usize| {
+            let sole = &self.soles[*piece];
+            let slots = sole.first()..sole.first() + sole.slots();
+            self.remembered[slots].iter().map(|impulse| impulse.x).sum::<f64>()
+        };
+        let impulses: f64 = self.parts.get(element)?.iter().map(of_piece).sum();
+        Some(impulses / self.settings.step)
+    }
+}

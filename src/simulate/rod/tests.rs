@@ -1,0 +1,264 @@
+//! What rods must get right.
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitVector3, Vector3};
+
+use super::Rod;
+use super::section::{POISSON, Section};
+use super::solver::Rods;
+use crate::design::assembly::{Assembly, Dof, Element, JointKind, Shape};
+use crate::simulate::tests::bodies::{Builder, element, gait, hinge, idle, m2, m4, servo};
+use crate::simulate::tests::settings;
+use crate::simulate::{Model, Motion, Settings, Targets, World};
+
+const RADIUS: f64 = 0.009;
+const LENGTH: f64 = 0.08;
+
+/// A heavy block high above the ground, which carries a row of segments along x, so heavy in kg, with hinges of a stiffness in N m/rad.
+fn arm(segments: usize, mass: f64, stiffness: f64, axis: Vector3<f64>) -> Assembly {
+    let mut body = Builder::default();
+    let half = Vector3::new(0.05, 0.5, 0.05);
+    let mut base: Element = element(Shape::Box { half }, Translation3::new(-0.05, 0.0, 0.0).into());
+    base.mass = 1e3;
+    let base = body.add(base);
+    body.0.actuators = 1;
+    let half = 0.5 * LENGTH / segments as f64;
+    let mut last = base;
+    for segment in 0..segments {
+        let place = Vector3::x() * (2.0 * segment as f64 + 1.0) * half;
+        let shape = Shape::Cylinder { radius: RADIUS, half_length: half };
+        let pose: Isometry3<f64> = Translation3::from(place).into();
+        let mut own = element(shape, pose);
+        own.mass = mass / segments as f64;
+        let child = body.add(own);
+        let dof = Dof {
+            anchor: Point3::from(place - Vector3::x() * half),
+            axis: UnitVector3::new_normalize(axis),
+            control: servo(0, 1e3),
+            share: 1.0 / (segments - 1) as f64,
+            limits: (-3.0, 3.0),
+            stiffness,
+            damping: 0.02 * stiffness,
+            effort: 1e3,
+            ..hinge(Vector3::zeros(), axis, 0)
+        };
+        let kind = if segment == 0 { JointKind::Rigid } else { JointKind::Dof(dof) };
+        body.join(last, child, kind);
+        last = child;
+    }
+    body.0
+}
+
+fn run(discs: usize, body: &Assembly, settings: &Settings, drive: &Targets) -> Motion {
+    let mut simulation = Rod { discs }.prepare(body, settings).unwrap();
+    simulation.run(std::slice::from_ref(drive)).remove(0).unwrap()
+}
+
+fn during(duration: f64) -> Settings {
+    Settings { duration, self_collision: false, ..settings() }
+}
+
+/// Where the last segment is at the end, and how far it is turned about an axis.
+fn end(motion: &Motion, body: &Assembly) -> Isometry3<f64> {
+    motion.pose(body.elements.len() - 1, motion.duration).unwrap()
+}
+
+/// Stiffness of the row against bending, N m^2: that of its hinges together.
+fn flexural(segments: usize, stiffness: f64) -> f64 {
+    stiffness * LENGTH / (segments - 1) as f64
+}
+
+/// A rod under its own weight sags by q L^4 / 8 E I and the shear q L^2 / 2 kappa G A; that of its last segment, which is not at its end, by the
+/// same law. Also out of the driven plane, where hinges do not give way at all.
+#[test]
+fn a_cantilever_sags_by_the_closed_form_in_every_plane() {
+    let (segments, mass, stiffness) = (4, 0.01, 0.1);
+    let (rigid, q) = (flexural(segments, stiffness), mass * 9.81 / LENGTH);
+    let section = Section::round(RADIUS);
+    let shear = rigid / section.driven / (2.0 * (1.0 + POISSON)) * section.shear * section.area;
+    let x = LENGTH * (1.0 - 0.5 / segments as f64);
+    let bending = q * x * x / (24.0 * rigid) * (x * x - 4.0 * LENGTH * x + 6.0 * LENGTH * LENGTH);
+    let expected = bending + q * (LENGTH * x - x * x / 2.0) / shear;
+    for axis in [Vector3::z(), Vector3::y()] {
+        let body = arm(segments, mass, stiffness, axis);
+        for (discs, near) in [(2, 0.03), (8, 0.004)] {
+            let motion = run(discs, &body, &during(3.0), &idle(1));
+            let base = motion.pose(0, 3.0).unwrap().translation.vector.y
+                - motion.pose(0, 0.0).unwrap().translation.vector.y;
+            let sag = motion.pose(segments, 0.0).unwrap().translation.vector.y + base
+                - end(&motion, &body).translation.vector.y;
+            assert!((sag / expected - 1.0).abs() < near, "{discs} about {axis:?}: {sag} m, not {expected}");
+        }
+    }
+}
+
+/// What is asked to bend by an angle becomes an arc of that angle.
+#[test]
+fn a_bent_rod_is_an_arc() {
+    let body = arm(4, 0.01, 0.3, Vector3::z());
+    let settings = Settings { gravity: 0.0, ..during(2.0) };
+    let asked = 2.5;
+    let drive = Targets { interval: 1.0, actuators: 1, angles: vec![asked; 3] };
+    for (discs, near) in [(2, 1e-3), (8, 1e-4)] {
+        let motion = run(discs, &body, &settings, &drive);
+        assert!((motion.bends.last().unwrap() - asked).abs() < 1e-3, "{:?}", motion.bends.last());
+        // The middle of the last segment is at 7/8 of the length.
+        let (at, radius) = (asked * 7.0 / 8.0, LENGTH / asked);
+        let due = Vector3::new(radius * libm::sin(at), radius * (1.0 - libm::cos(at)), 0.0);
+        let base = motion.pose(0, 2.0).unwrap() * Vector3::new(0.05, 0.0, 0.0);
+        let found = end(&motion, &body).translation.vector
+            - motion.pose(0, 2.0).unwrap().translation.vector
+            - Vector3::x() * 0.05;
+        assert!((found - due).norm() < near * 10.0, "{discs}: {found} for {due}, {base}");
+    }
+}
+
+/// The first frequency of a cantilever is that of Timoshenko's beam: squared periods of bending, shear and turning add up (Dunkerley).
+#[test]
+fn a_plucked_rod_swings_at_its_first_frequency() {
+    let (segments, mass, stiffness) = (4, 0.02, 0.05);
+    let mut body = arm(segments, mass, stiffness, Vector3::z());
+    for joint in &mut body.joints {
+        for dof in joint.kind.dofs_mut() {
+            dof.damping = 0.0;
+        }
+    }
+    let (beta, line, section) = (1.875_104_07_f64, mass / LENGTH, Section::round(RADIUS));
+    let rigid = flexural(segments, stiffness);
+    let young = rigid / section.driven;
+    let shear = young / (2.0 * (1.0 + POISSON)) * section.shear * section.area;
+    let bending = beta.powi(4) * rigid / (line * LENGTH.powi(4));
+    let shearing = (std::f64::consts::PI / (2.0 * LENGTH)).powi(2) * shear / line;
+    // The inertia of the slices against turning counts as the shear does, by the ratio of the two moduli.
+    let turning = shearing * young * section.area / shear;
+    let due = (1.0 / (1.0 / bending + 1.0 / shearing + 1.0 / turning)).sqrt() / std::f64::consts::TAU;
+    let settings = Settings { step: 1.0 / 3840.0, record: 1.0 / 960.0, gravity: 0.0, ..during(1.0) };
+    // Asked to bend a little, and then to be straight again.
+    let drive = Targets { interval: 0.1, actuators: 1, angles: [vec![0.05; 3], vec![0.0; 9]].concat() };
+    let motion = run(8, &body, &settings, &drive);
+    let bends: Vec<f64> = motion.bends.clone();
+    let from = (0.35 / settings.record) as usize;
+    let crossings: Vec<f64> = (from..bends.len() - 1)
+        .filter(|i| bends[*i] < 0.0 && bends[i + 1] >= 0.0)
+        .map(|i| (i as f64 + bends[i] / (bends[i] - bends[i + 1])) * settings.record)
+        .collect();
+    assert!(crossings.len() > 2, "{due} Hz: {crossings:?}");
+    let found = (crossings.len() - 1) as f64 / (crossings[crossings.len() - 1] - crossings[0]);
+    assert!((found / due - 1.0).abs() < 0.01, "{found} Hz, not {due}");
+}
+
+fn flying(body: &Assembly, settings: &Settings) -> Rods {
+    let (mut rods, _) = Rod::FINE.made(body, settings, &World::NOMINAL).unwrap();
+    rods.float();
+    rods
+}
+
+/// Without weight and ground a body that is thrown keeps its momentum and its angular momentum, whatever its actuators do.
+#[test]
+fn a_thrown_body_keeps_its_momenta() {
+    use crate::simulate::run::Stepper;
+    let settings = Settings { gravity: 0.0, ..settings() };
+    let mut rods = flying(&m4(), &settings);
+    rods.throw(0, Vector3::new(0.3, -0.1, 0.2), Vector3::new(2.0, 5.0, -3.0));
+    let before = rods.momentum();
+    for step in 0..2400 {
+        for servo in 0..4 {
+            rods.aim(0, servo, 0.2 * libm::sin(f64::from(step) * 0.02 + servo as f64));
+        }
+        rods.step();
+        assert_eq!(rods.failure(0), None);
+    }
+    let after = rods.momentum();
+    assert!((after.0 - before.0).norm() < 1e-9 * before.0.norm(), "{} {}", before.0, after.0);
+    assert!((after.1 - before.1).norm() < 1e-9 * before.1.norm(), "{} {}", before.1, after.1);
+}
+
+/// What falls without ground falls as a stone, and its actuators do not care.
+#[test]
+fn a_body_falls_as_a_stone() {
+    use crate::simulate::run::Stepper;
+    let settings = settings();
+    let mut rods = flying(&m2(), &settings);
+    let steps = 120;
+    let place = |rods: &Rods| rods.pose(0, 0).translation.vector;
+    let before = place(&rods);
+    (0..steps).for_each(|_| rods.step());
+    let time = f64::from(steps) * settings.step;
+    let due = 0.5 * 9.81 * time * (time + settings.step);
+    assert!((before.y - place(&rods).y - due).abs() < 1e-9);
+    assert!((before - place(&rods)).xz().norm() < 1e-12);
+}
+
+/// A block that slides stops after v^2 / (2 mu g), less half of its last step.
+#[test]
+fn a_sliding_block_stops_by_the_law_of_coulomb() {
+    use crate::simulate::run::Stepper;
+    let cube = element(Shape::Box { half: Vector3::repeat(0.015) }, Isometry3::identity());
+    let body = Assembly { elements: vec![cube], ..Assembly::default() };
+    let settings = Settings { ground_friction: 0.8, ..during(2.0) };
+    let (mut rods, _) = Rod::FINE.made(&body, &settings, &World::NOMINAL).unwrap();
+    for _ in 0..10 {
+        rods.step();
+    }
+    let before = rods.pose(0, 0).translation.vector;
+    let speed = 1.0;
+    rods.throw(0, Vector3::x() * speed, Vector3::zeros());
+    for _ in 0..240 {
+        rods.step();
+    }
+    let way = rods.pose(0, 0).translation.vector - before;
+    let due = speed * speed / (2.0 * 0.8 * 9.81) - speed * settings.step / 2.0;
+    assert!((way.x / due - 1.0).abs() < 0.01, "{} m, not {due}", way.x);
+    // It does not creep.
+    let rest = rods.pose(0, 0).translation.vector;
+    for _ in 0..960 {
+        rods.step();
+    }
+    assert!((rods.pose(0, 0).translation.vector - rest).norm() < 1e-6);
+}
+
+/// On a slope below the angle of friction nothing creeps, above it all slides.
+#[test]
+fn friction_holds_up_to_its_angle() {
+    let cube = element(Shape::Box { half: Vector3::repeat(0.015) }, Isometry3::identity());
+    let body = Assembly { elements: vec![cube], ..Assembly::default() };
+    let limit = libm::atan(0.8);
+    for (slope, slides) in [(0.95 * limit, false), (1.05 * limit, true)] {
+        let world = World { slope, ..World::NOMINAL };
+        let mut simulation = Rod::FINE.prepare(&body, &during(2.0)).unwrap();
+        let drive = idle(0);
+        let case = crate::simulate::Case::new(&drive, &world);
+        let motion = simulation.run_cases(crate::simulate::Stop::NEVER, &[case]).unwrap().remove(0).unwrap();
+        let place = |t| motion.pose(0, t).unwrap().translation.vector;
+        let way = (place(2.0) - place(0.5)).norm();
+        assert!((way > 0.05) == slides && (slides || way < 1e-5), "{slope}: {way} m");
+    }
+}
+
+/// Without actuation a body lies still.
+#[test]
+fn idle_bodies_stay_put() {
+    for body in [m2(), m4()] {
+        let motion = run(2, &body, &Settings { self_collision: true, ..during(4.0) }, &idle(body.actuators));
+        for piece in 0..body.elements.len() {
+            let place = |t| motion.pose(piece, t).unwrap().translation.vector;
+            let way = place(4.0) - place(1.0);
+            assert!(way.norm() < 2e-4, "element {piece} of {} crept {way}", body.elements.len());
+        }
+    }
+}
+
+/// The same motion, whatever ran before; and half the step finds nearly the same.
+#[test]
+fn a_run_is_the_same_every_time() {
+    let body = m4();
+    let settings = Settings { self_collision: true, ..during(2.0) };
+    let mut simulation = Rod::FINE.prepare(&body, &settings).unwrap();
+    let drives: Vec<Targets> = (1..3).map(|number| gait(4, number, true)).collect();
+    let both = simulation.run(&drives);
+    let alone = run(2, &body, &settings, &drives[1]);
+    assert_eq!(both[1].as_ref().unwrap().poses, alone.poses);
+    assert_eq!(both[1].as_ref().unwrap().work, alone.work);
+    let half = run(2, &body, &settings.finer(), &drives[1]);
+    let place = |motion: &Motion| motion.pose(0, 2.0).unwrap().translation.vector;
+    assert!((place(&alone) - place(&half)).norm() < 0.01, "{} {}", place(&alone), place(&half));
+}
