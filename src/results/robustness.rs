@@ -29,9 +29,11 @@ const WORKS_ALIKE: f64 = 1.5;
 /// Less work in a motion, J, is as good as none.
 const NO_WORK: f64 = 1e-3;
 const RAPIER: &str = SolverName::Rapier.text();
+/// Hinges are rigid sideways and do not twist; what actuators are made of gives way in every direction.
+const RODS: &str = "soft rods in place of hinges";
 
 /// Adds what a final best is checked with: half the step, where the search had no need to, an eighth of it, the opinion of
-/// the reference solver, the worlds that the search names for that; and how it does in worlds that the search never saw,
+/// the reference solver, rods in place of hinges, the worlds that the search names for that; and how it does in worlds that the search never saw,
 /// where its task names scenarios.
 ///
 /// # Errors
@@ -77,16 +79,22 @@ fn opinions(candidate: &Candidate<'_>, saved: &SavedTask, model: How<'_>) -> Vec
     let others = [
         // The longest first.
         (RAPIER, How { solver: RAPIER, ..model }),
+        (RODS, How { solver: SolverName::Rod.text(), ..model }),
         (EIGHTH, How { precision: Precision::Finest, ..model }),
         (HALF_STEP, How { precision: Precision::Finer, ..model }),
     ];
-    let is_known = |name: &str| name == model.solver || saved.checks.iter().any(|check| check.name == name);
-    let others: Vec<_> = others.into_iter().filter(|(name, _)| !is_known(name)).collect();
+    let is_own =
+        |name: &str, how: &How<'_>| name != HALF_STEP && name != EIGHTH && how.solver == model.solver;
+    let is_known = |name: &str| saved.checks.iter().any(|check| check.name == name);
+    let others: Vec<_> =
+        others.into_iter().filter(|(name, how)| !is_own(name, how) && !is_known(name)).collect();
     let mut checks: Vec<Check> = others
         .into_par_iter()
-        .map(|(name, how)| {
+        .filter_map(|(name, how)| {
             let opinion = opinion(candidate, saved, how);
             let measured = match &opinion {
+                // Nothing of this body bends as a rod.
+                Err(DesignError::Unfit(_)) if name == RODS => return None,
                 Err(DesignError::Unfit(_)) | Ok(Err(Invalid::BeyondLimits | Invalid::Unfit)) => {
                     Measured::Unable
                 }
@@ -94,16 +102,16 @@ fn opinions(candidate: &Candidate<'_>, saved: &SavedTask, model: How<'_>) -> Vec
                 Ok(Ok((value, depth))) if name == RAPIER && *depth > 0.0 => {
                     let own = Check::new(name, Measured::Value, Ok(*value));
                     let agrees = verdict(candidate.rules, saved, &own) == Verdict::Confirmed;
-                    return if agrees { own } else { Check::new(name, Measured::Sunk, Ok(*depth)) };
+                    return Some(if agrees { own } else { Check::new(name, Measured::Sunk, Ok(*depth)) });
                 }
                 _ => Measured::Value,
             };
             // A check without a value does not confirm: the best stands, and says so.
             let value = opinion.and_then(|opinion| Ok(opinion.map(|(value, _)| value)?));
-            Check::new(name, measured, value)
+            Some(Check::new(name, measured, value))
         })
         .collect();
-    checks.sort_by_key(|check| [HALF_STEP, EIGHTH, RAPIER].iter().position(|name| *name == check.name));
+    checks.sort_by_key(|check| [HALF_STEP, EIGHTH, RAPIER, RODS].iter().position(|name| *name == check.name));
     checks
 }
 

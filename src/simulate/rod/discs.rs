@@ -43,6 +43,26 @@ impl Beam {
         self.discs.len() - 1
     }
 
+    /// What a segment is made of: discs, how far from the middle of each its part is, m, and how much of the segment that is.
+    pub(super) fn parts(&self, segment: usize) -> Vec<(usize, Vector3<f64>, f64)> {
+        let each = self.links() / self.segments.len();
+        let (first, last) = (segment * each, (segment + 1) * each);
+        let quarter = self.way().into_inner() * (self.length() / self.links() as f64 / 4.0);
+        let share = 1.0 / (2 * each) as f64;
+        (first..=last)
+            .map(|disc| {
+                // The discs at the ends of the beam are halves already.
+                let is_whole = disc > 0 && disc < self.links();
+                let (off, weight) = match disc {
+                    _ if disc == first => (if is_whole { quarter } else { Vector3::zeros() }, share),
+                    _ if disc == last => (if is_whole { -quarter } else { Vector3::zeros() }, share),
+                    _ => (Vector3::zeros(), 2.0 * share),
+                };
+                (self.discs[disc], off, weight)
+            })
+            .collect()
+    }
+
     /// The disc in the middle of a segment.
     pub(super) fn middle(&self, segment: usize) -> usize {
         let each = self.links() / self.segments.len();
@@ -128,6 +148,35 @@ impl Discs {
             }
         }
         Ok(own)
+    }
+
+    /// The pieces of each beam, and the refined assembly with a hinge in the place of each elastic link, as stiff together as the row is.
+    #[cfg(test)]
+    pub(super) fn as_hinges(mut self) -> (Vec<Vec<usize>>, Assembly) {
+        let links = self.links.clone();
+        for joint in &mut self.assembly.joints {
+            let Some((_, Link::Elastic { beam })) = links.iter().find(|(child, _)| *child == joint.child)
+            else {
+                continue;
+            };
+            let beam = &self.beams[*beam];
+            let times = beam.links() as f64 / beam.hinges.len() as f64;
+            for dof in joint.kind.dofs_mut() {
+                dof.stiffness *= times;
+                dof.damping *= times;
+                dof.share /= times;
+                dof.control = match dof.control {
+                    Control::Position { actuator, rate, relaxing_rate, rest } => Control::Position {
+                        actuator,
+                        rate: rate / times,
+                        relaxing_rate: relaxing_rate / times,
+                        rest,
+                    },
+                    other => other,
+                };
+            }
+        }
+        (self.beams.into_iter().map(|beam| beam.discs).collect(), self.assembly)
     }
 
     fn add(&mut self, element: Element) -> usize {

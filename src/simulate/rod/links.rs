@@ -121,6 +121,15 @@ impl Link {
         }
     }
 
+    /// The same, so many times as stiff but for what is driven.
+    pub(super) fn stiffened(mut self, times: f64) -> Self {
+        for axis in (0..6).filter(|axis| *axis != self.driven) {
+            self.stiffness[axis] *= times;
+            self.damping[axis] *= times;
+        }
+        self
+    }
+
     /// A joint of the assembly, of a body of a mass in kg.
     pub(super) fn joint(
         (parent, body): (usize, usize),

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Matrix6x3, UnitQuaternion, Vector3, Vector6};
 
 use super::contacts::{self, Contact, Spot};
-use super::discs::{Discs, Link as From};
+use super::discs::{Beam, Discs, Link as From};
 use super::factor::{TreeFactor, TreeMatrix};
 use super::ground::{Near, Sole};
 use super::links::{Action, Link, Place};
@@ -28,6 +28,9 @@ enum Reading {
     /// A link.
     OfLink { link: usize },
 }
+
+/// A part of a segment: its body, where its middle is in the frame of that, m, and its share of the segment.
+type Lump = (usize, Vector3<f64>, f64);
 
 /// How a body moves, as what stays without forces.
 #[derive(Clone, Copy, Debug)]
@@ -65,8 +68,10 @@ pub(super) struct Rods {
     readings: Vec<Reading>,
     /// The links of each beam.
     beams: Vec<Vec<usize>>,
-    /// The pieces that stand for each element.
+    /// The pieces that each element consists of.
     parts: Vec<Vec<usize>>,
+    /// What each segment consists of, after the body in its middle: bodies, places in their frames, shares.
+    segments: Vec<(usize, Vec<Lump>)>,
 
     places: Vec<Place>,
     momenta: Vec<Momentum>,
@@ -92,6 +97,7 @@ impl Rods {
     pub(super) fn new(
         discs: &Discs,
         (whole, lowered): (&Lowered, &Lowered),
+        stiffer: f64,
         settings: &Settings,
         world: &World,
     ) -> Result<Self, Unfit> {
@@ -116,7 +122,7 @@ impl Rods {
             spin: Vector3::zeros(),
         };
         let rest: Vec<Place> = lowered.bodies.iter().map(still).collect();
-        let links = links(discs, whole, lowered);
+        let links = links(discs, whole, lowered, stiffer);
         let is_slice =
             |piece: usize| discs.beams.iter().any(|beam| beam.discs[1..beam.links()].contains(&piece));
         let (mut soles, mut slots) = (Vec::new(), 0);
@@ -130,10 +136,7 @@ impl Rods {
         let parents: Vec<usize> = lowered.bodies.iter().map(|body| body.parent).collect();
         let matrix = TreeMatrix::new(parents);
         let count = bodies.len();
-        let mut parts = vec![Vec::new(); discs.of_element.len()];
-        for (element, &piece) in discs.of_element.iter().enumerate() {
-            parts[element].push(piece);
-        }
+        let mut parts: Vec<Vec<usize>> = discs.of_element.iter().map(|piece| vec![*piece]).collect();
         for beam in &discs.beams {
             let each = beam.links() as f64 / beam.segments.len() as f64;
             for (number, &disc) in beam.discs.iter().enumerate() {
@@ -160,6 +163,7 @@ impl Rods {
                 })
                 .collect(),
             parts,
+            segments: segments(discs, lowered),
             bodies,
             places: rest.clone(),
             rest,
@@ -381,6 +385,21 @@ impl Rods {
         if self.whirled >= WHIRLS { Err(Invalid::TurnsTooFast) } else { Ok(()) }
     }
 
+    /// The mean over what a segment consists of.
+    fn mean(&self, lumps: &[Lump], of: impl Fn(&Place, &Vector3<f64>) -> Vector3<f64>) -> Vector3<f64> {
+        lumps.iter().map(|(body, local, share)| of(&self.places[*body], local) * *share).sum()
+    }
+
+    /// Where a point of the frame of a body is.
+    fn at(place: &Place, local: &Vector3<f64>) -> Vector3<f64> {
+        place.centre + place.turn * local
+    }
+
+    /// The velocity of a point of the frame of a body.
+    fn moves(place: &Place, local: &Vector3<f64>) -> Vector3<f64> {
+        place.velocity + place.spin.cross(&(place.turn * local))
+    }
+
     /// The momentum and the angular momentum about the origin of the whole.
     #[cfg(test)]
     pub(super) fn momentum(&self) -> (Vector3<f64>, Vector3<f64>) {
@@ -408,8 +427,25 @@ impl Rods {
     }
 }
 
+/// What each segment consists of, in the order in which segments follow the bodies.
+fn segments(discs: &Discs, lowered: &Lowered) -> Vec<(usize, Vec<Lump>)> {
+    let lump = |(disc, off, share): (usize, Vector3<f64>, f64)| {
+        let piece = &lowered.pieces[disc];
+        (piece.body, piece.local.translation.vector + off, share)
+    };
+    let of_beam = |beam: &Beam| -> Vec<_> {
+        let segments = 0..beam.segments.len();
+        let one = |segment| {
+            let middle = lowered.pieces[beam.middle(segment)].body;
+            (middle, beam.parts(segment).into_iter().map(lump).collect())
+        };
+        segments.map(one).collect()
+    };
+    discs.beams.iter().flat_map(of_beam).collect()
+}
+
 /// The links of a refined assembly, by the body that hangs on each.
-fn links(discs: &Discs, whole: &Lowered, lowered: &Lowered) -> Vec<Link> {
+fn links(discs: &Discs, whole: &Lowered, lowered: &Lowered, stiffer: f64) -> Vec<Link> {
     let mass: f64 = lowered.bodies.iter().map(|body| body.mass).sum();
     let mut links = Vec::new();
     for &(element, from) in &discs.links {
@@ -426,6 +462,7 @@ fn links(discs: &Discs, whole: &Lowered, lowered: &Lowered) -> Vec<Link> {
                 let length = beam.length() / links as f64;
                 let way = beam.way().into_inner();
                 Link::elastic(pair, arms, (&beam.hinge, &way), &beam.section, (hinges, links, length))
+                    .stiffened(stiffer)
             }
             From::Joint { .. } => Link::joint(pair, arms, dof, mass),
         };
@@ -492,7 +529,10 @@ impl Stepper for Rods {
     }
 
     fn pose(&self, _: usize, body: usize) -> Isometry3<f64> {
-        let place = &self.places[body];
+        let place = match self.segments.get(body.wrapping_sub(self.places.len())) {
+            Some((middle, lumps)) => Place { centre: self.mean(lumps, Self::at), ..self.places[*middle] },
+            None => self.places[body],
+        };
         Isometry3::from_parts(place.centre.into(), place.turn)
     }
 
@@ -538,8 +578,10 @@ impl Stepper for Rods {
     }
 
     fn velocity(&self, _: usize, body: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        let place = &self.places[body];
-        Some((place.velocity, place.spin))
+        Some(match self.segments.get(body.wrapping_sub(self.places.len())) {
+            Some((middle, lumps)) => (self.mean(lumps, Self::moves), self.places[*middle].spin),
+            None => (self.places[body].velocity, self.places[body].spin),
+        })
     }
 
     fn load(&self, _: usize, element: usize) -> Option<f64> {

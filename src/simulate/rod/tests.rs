@@ -6,6 +6,7 @@ use super::Rod;
 use super::section::{POISSON, Section};
 use super::solver::Rods;
 use crate::design::assembly::{Assembly, Dof, Element, JointKind, Shape};
+use crate::simulate::articulated::Articulated;
 use crate::simulate::tests::bodies::{Builder, element, gait, hinge, idle, m2, m4, servo};
 use crate::simulate::tests::settings;
 use crate::simulate::{Model, Motion, Settings, Targets, World};
@@ -49,7 +50,7 @@ fn arm(segments: usize, mass: f64, stiffness: f64, axis: Vector3<f64>) -> Assemb
 }
 
 fn run(discs: usize, body: &Assembly, settings: &Settings, drive: &Targets) -> Motion {
-    let mut simulation = Rod { discs }.prepare(body, settings).unwrap();
+    let mut simulation = Rod { discs, stiffer: 1.0 }.prepare(body, settings).unwrap();
     simulation.run(std::slice::from_ref(drive)).remove(0).unwrap()
 }
 
@@ -234,6 +235,39 @@ fn friction_holds_up_to_its_angle() {
     }
 }
 
+/// Rods that do nothing but what hinges do move as a row of as many hinges does with the fast solver: an arm that swings under its weight.
+#[test]
+fn stiff_rods_are_rows_of_hinges() {
+    let settings = Settings { step: 1.0 / 1920.0, record: 0.05, ..during(2.0) };
+    let body = arm(4, 0.05, 0.1, Vector3::z());
+    let swing = |i: i32| 1.5 * libm::sin(f64::from(i) * 0.3);
+    let drive = Targets { interval: 0.1, actuators: 1, angles: (0..=20).map(swing).collect() };
+    let motion = |model: &dyn Model, body: &Assembly| {
+        let mut simulation = model.prepare(body, &settings).unwrap();
+        simulation.run(std::slice::from_ref(&drive)).remove(0).unwrap()
+    };
+    let own = motion(&Rod { discs: 2, stiffer: 1e3 }, &body);
+    let soft = motion(&Rod { discs: 2, stiffer: 1.0 }, &body);
+    // The same slices with a hinge between two of them.
+    let (beams, hinges) = super::discs::Discs::new(&body, 2).unwrap().as_hinges();
+    let theirs = motion(&Articulated, &hinges);
+    let last = beams[0][beams[0].len() - 2];
+    let tip = |motion: &Motion, element: usize, t: f64| {
+        let place = |element| motion.pose(element, t).unwrap().translation.vector;
+        place(element) - place(0)
+    };
+    let (mut off, mut soft_off, mut way) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for moment in 0..=40 {
+        let t = f64::from(moment) * 0.05;
+        off = off.max((tip(&own, 4, t) - tip(&theirs, last, t)).norm());
+        soft_off = soft_off.max((tip(&soft, 4, t) - tip(&theirs, last, t)).norm());
+        way = way.max((tip(&own, 4, t) - tip(&own, 4, 0.0)).norm());
+    }
+    assert!(way > 0.04 && off < 3e-4, "{off} of {way} m");
+    // The test can tell: what gives way in every direction is elsewhere.
+    assert!(soft_off > 2.0 * off, "{soft_off} {off}");
+}
+
 /// Without actuation a body lies still.
 #[test]
 fn idle_bodies_stay_put() {
@@ -261,4 +295,15 @@ fn a_run_is_the_same_every_time() {
     let half = run(2, &body, &settings.finer(), &drives[1]);
     let place = |motion: &Motion| motion.pose(0, 2.0).unwrap().translation.vector;
     assert!((place(&alone) - place(&half)).norm() < 0.01, "{} {}", place(&alone), place(&half));
+}
+
+/// What is reported of a body has the centre of mass that the body has: on ice this stays, whatever the actuators do.
+#[test]
+fn nothing_moves_a_body_on_ice() {
+    let body = m4();
+    let settings = Settings { ground_friction: 0.0, self_collision: true, ..during(4.0) };
+    let motion = run(2, &body, &settings, &gait(4, 2, false));
+    assert!(motion.drift(&body) < 1e-5, "{} m", motion.drift(&body));
+    let bent = motion.bends.chunks(4).map(|bends| bends.iter().map(|bend| bend.abs()).fold(0.0, f64::max));
+    assert!(bent.fold(0.0, f64::max) > 0.5);
 }
