@@ -49,6 +49,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("guard", "when, unless"),
     ("attach", "attach"),
     ("for", "for"),
+    ("if", "if"),
     ("set", "set"),
     ("remove", "remove"),
     ("replace", "replace"),

@@ -135,15 +135,21 @@ fn together(rules: &RuleSet, start: &Derivation, walks: &[Walk]) -> Walked {
     }
     let of_rule = |i: usize| -> Rules {
         let applied = walks.iter().flat_map(|w| &w.applied).filter(|r| **r == i).count();
-        let mut by: Vec<Stopped> = stopped
-            .iter()
-            .filter(|((rule, _), _)| *rule == i)
-            .map(|((_, blocked), times)| Stopped {
-                requirement: matches!(blocked, Blocked::Requirement(_)).then(|| blocked.text(rules)),
-                by: blocked.text(rules),
-                times: *times,
-            })
-            .collect();
+        // What differs by its numbers alone is one cause.
+        let mut by: Vec<Stopped> = Vec::new();
+        for ((_, blocked), times) in stopped.iter().filter(|((rule, _), _)| *rule == i) {
+            let (text, is_requirement) = (blocked.text(rules), matches!(blocked, Blocked::Requirement(_)));
+            let same =
+                |other: &&mut Stopped| other.by == text && other.requirement.is_some() == is_requirement;
+            match by.iter_mut().find(same) {
+                Some(same) => same.times += times,
+                None => by.push(Stopped {
+                    requirement: is_requirement.then(|| text.clone()),
+                    by: text,
+                    times: *times,
+                }),
+            }
+        }
         by.sort_by_key(|s| std::cmp::Reverse(s.times));
         let name = rules.rules.get(i).map_or(String::new(), |r| r.name.clone());
         let drawn = applied + by.iter().map(|s| s.times).sum::<usize>();

@@ -9,6 +9,7 @@ use grammar_lang::diagnostics::render::{Format, more, render, sarif};
 use super::load::{self, Checked, Text};
 use super::output::{self, Fault};
 use super::{exit, mend};
+use crate::derive::run_example;
 use crate::loader::Edited;
 
 /// Check grammars: names, types, units, domains, and the initial design
@@ -90,7 +91,7 @@ impl Check {
             for one in &found {
                 self.tell(one)?;
             }
-            output::note(&format!("{}: {}", path.display(), summary(&found)));
+            output::note(&format!("{}: {}{}", path.display(), summary(&found), examples(&found)));
             checked.extend(found);
         }
         self.tell_all(&checked)?;
@@ -133,6 +134,23 @@ impl Check {
 
 fn errors(checked: &Checked) -> usize {
     checked.diagnostics.iter().filter(|d| Diagnostic::is_error(d)).count()
+}
+
+/// How many examples do not hold, if any: what the rules make of them is no business of the checks, but nobody would want to miss it.
+fn examples(checked: &[Checked]) -> String {
+    let rules = checked.iter().filter(|one| one.sound).filter_map(|one| one.rules.as_ref());
+    let (mut all, mut failed) = (0, 0);
+    for rules in rules {
+        for (name, example) in &rules.examples {
+            all += 1;
+            failed += usize::from(run_example(rules, name, example).is_err());
+        }
+    }
+    match (failed, all) {
+        (0, _) => String::new(),
+        (_, 1) => "; its example fails: `sgc test` says why".to_owned(),
+        _ => format!("; {failed} of {all} examples fail: `sgc test` says why"),
+    }
 }
 
 /// What the check of a file comes down to.

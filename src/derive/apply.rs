@@ -168,12 +168,14 @@ impl Derivation {
         rule: &Rule,
         locals: &[Value],
         broken: usize,
-    ) -> Option<(String, String)> {
+    ) -> Option<String> {
         let mut next = self.clone();
         self.carry_out(&mut next, rules, &rule.effects, locals, self.next).ok()?;
         let (a, b) = next.overlap(rules, broken)?;
-        let kind = |id: PartId| next.design.parts.get(&id).map(|part| part.kind.clone());
-        Some((kind(a)?, kind(b)?))
+        let (a, b) = (next.design.parts.get(&a)?, next.design.parts.get(&b)?);
+        let bent =
+            a.begins_bent().or_else(|| b.begins_bent()).map_or_else(String::new, |bent| format!("; {bent}"));
+        Some(format!("`{}` and `{}`{bent}", a.kind, b.kind))
     }
 
     /// Two parts that overlap, where a requirement asks that none do.

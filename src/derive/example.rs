@@ -161,9 +161,9 @@ fn apply(
         blocked => {
             let mut reason = blocked.sentence(rules);
             if let Blocked::Requirement(broken) = blocked
-                && let Some((a, b)) = derivation.would_overlap(rules, rule, &locals, broken)
+                && let Some(which) = derivation.would_overlap(rules, rule, &locals, broken)
             {
-                reason += &format!(" (`{a}` and `{b}`)");
+                reason += &format!(" ({which})");
             }
             Undone::refused(Some(blocked), reason, None)
         }

@@ -83,6 +83,10 @@ impl<'a> DesignScope<'a> {
             let (kind, made) = row()?;
             made.joint.range.filter(|_| (kind == JointKind::Slide) == slides)
         };
+        let neutral = |slides: bool| {
+            let (_, made) = row().filter(|(kind, _)| (*kind == JointKind::Slide) == slides)?;
+            Some(Value::Number(made.joint.neutral))
+        };
         let fastest = || {
             let (_, made) = row().filter(|(kind, _)| *kind == JointKind::Spin)?;
             made.motor.as_ref().map(|motor| motor.speed.most())
@@ -117,6 +121,8 @@ impl<'a> DesignScope<'a> {
             PartAttribute::GreatestBend => own().or_else(|| Some(Value::Number(range(false)?.1)))?,
             PartAttribute::LeastDistance => own().or_else(|| Some(Value::Number(range(true)?.0)))?,
             PartAttribute::GreatestDistance => own().or_else(|| Some(Value::Number(range(true)?.1)))?,
+            PartAttribute::NeutralBend => own().or_else(|| neutral(false))?,
+            PartAttribute::NeutralDistance => own().or_else(|| neutral(true))?,
             PartAttribute::GreatestSpeed => own().or_else(|| Some(Value::Number(fastest()?)))?,
             // Only a motion has it.
             PartAttribute::Work => own()?,

@@ -84,6 +84,12 @@ fn compared(rules: &RuleSet, design: &Derivation, condition: &Expr) -> Option<(S
 }
 
 /// What `begin` calls a part, or the part whose image it is.
+/// What helps where a part that overlaps another begins with its joint elsewhere than it is attached.
+fn bent(start: &Derivation, rules: &RuleSet, broken: usize) -> Option<String> {
+    let (a, b) = start.overlap(rules, broken)?;
+    [a, b].into_iter().find_map(|id| start.design.parts.get(&id)?.begins_bent())
+}
+
 fn called(start: &Derivation, id: PartId) -> String {
     let design = &start.design;
     let name = |id: PartId| design.placed.iter().find(|(_, placed)| **placed == id).map(|(name, _)| name);
@@ -182,7 +188,10 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
                 }
                 (None, None) => "does not hold at the start".to_owned(),
             })
-            .help("every design starts from `begin`: relax the requirement, or begin with another design");
+            .help(bent(&start, rules, i).unwrap_or_else(|| {
+                "every design starts from `begin`: relax the requirement, or begin with another design"
+                    .to_owned()
+            }));
             if let Some(placed) = rules.begin.first() {
                 error = error.also(placed.span, "the initial design");
             }

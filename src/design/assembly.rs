@@ -6,6 +6,8 @@
 //! Frame: right-handed, y is up, x-z is the ground plane. SI units throughout.
 //! Poses are those at rest (every joint at zero).
 
+pub(crate) mod solid;
+
 use nalgebra::{Isometry3, Point3, UnitVector3};
 
 pub use grammar_lang::shape::Shape;

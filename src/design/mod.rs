@@ -14,7 +14,6 @@ mod overlap;
 mod places;
 mod port;
 mod row;
-pub(crate) mod solid;
 mod symmetry;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,6 +22,7 @@ use std::sync::Arc;
 pub use grammar_lang::eval::PartId;
 use grammar_lang::eval::{Made, Unmade, Value};
 use grammar_lang::ir::{Group, RuleSet};
+use grammar_lang::units;
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
@@ -75,6 +75,25 @@ pub struct Part {
     pub step: u64,
     /// Pose of its frame in the world: the centre of a block, the base of an actuator.
     pub pose: Isometry3<f64>,
+}
+
+impl Part {
+    /// Where its joint stands as a motion begins, in words; none if that is as it is attached.
+    #[must_use]
+    pub fn begins_bent(&self) -> Option<String> {
+        let joint = match self.made.as_deref()? {
+            Made::Block(made) => made.joint.as_ref()?,
+            Made::Actuator(made) => &made.joint,
+        };
+        let start = joint.start();
+        (start != 0.0).then(|| {
+            let at = units::shown(start, joint.kind.position());
+            format!(
+                "`{}` begins with its joint at {at}, where it rests (`neutral`): leave room for that",
+                self.kind
+            )
+        })
+    }
 }
 
 /// Why a change of a design is not possible.

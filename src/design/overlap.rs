@@ -5,9 +5,9 @@ use grammar_lang::ir::{Form, RuleSet};
 use nalgebra::Vector3;
 use parry3d_f64::query;
 
+use super::assembly::solid::{Solid, pose};
 use super::assembly::{Shape, TOUCHING};
 use super::port::ports;
-use super::solid::{Solid, pose};
 use super::{Body, Design, PartId};
 
 /// Two parts of a design that overlap, if any do.

@@ -240,6 +240,8 @@ impl<'r> Facts<'r> {
             | PartAttribute::GreatestBend
             | PartAttribute::LeastDistance
             | PartAttribute::GreatestDistance
+            | PartAttribute::NeutralBend
+            | PartAttribute::NeutralDistance
             | PartAttribute::GreatestSpeed
             | PartAttribute::Work => self.param_of(kinds, attribute.text()).unwrap_or(Abstract::Any),
         }

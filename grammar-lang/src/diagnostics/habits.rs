@@ -166,7 +166,11 @@ const HABITS: &[(&str, Told, &str)] = &[
         OPENING,
         "there are no loops: the search applies rules again and again, as long as `when` allows it",
     ),
-    ("if", OPENING, "a condition of a rule is written `when n > 3`"),
+    (
+        "if",
+        OPENING,
+        "a condition of a rule is written `when n > 3`; what is done only then stands in a block: `if n > 3 { attach cube to q }`",
+    ),
     ("if", WORD, "write `if CONDITION then A else B`"),
     ("not is", LINE, "write `is not`"),
     ("elif", WORD, "write `else if`"),

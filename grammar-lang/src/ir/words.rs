@@ -171,6 +171,8 @@ words! {
         GreatestBend "greatest_bend" "Of an actuator that bends or twists: the high end of its range.";
         LeastDistance "least_distance" "Of an actuator that slides: the low end of its range.";
         GreatestDistance "greatest_distance" "Of an actuator that slides: the high end of its range.";
+        NeutralBend "neutral_bend" "Of an actuator that bends or twists: where it rests, its `neutral`.";
+        NeutralDistance "neutral_distance" "Of an actuator that slides: where it rests, its `neutral`.";
         GreatestSpeed "greatest_speed" "Of an actuator that spins: how fast it can turn.";
         Work "work" "Of an actuator: the mechanical work that it did in the motion.";
     }
@@ -374,6 +376,8 @@ impl PartAttribute {
                 | Self::GreatestBend
                 | Self::LeastDistance
                 | Self::GreatestDistance
+                | Self::NeutralBend
+                | Self::NeutralDistance
                 | Self::GreatestSpeed
                 | Self::Work
         )
@@ -381,9 +385,13 @@ impl PartAttribute {
 
     fn ty(self) -> Ty {
         match self {
-            Self::Turn | Self::LeastBend | Self::GreatestBend => Ty::Quantity(Dimension::ANGLE),
+            Self::Turn | Self::LeastBend | Self::GreatestBend | Self::NeutralBend => {
+                Ty::Quantity(Dimension::ANGLE)
+            }
             Self::OwnImage => Ty::Bool,
-            Self::LeastDistance | Self::GreatestDistance => Ty::Quantity(Dimension::LENGTH),
+            Self::LeastDistance | Self::GreatestDistance | Self::NeutralDistance => {
+                Ty::Quantity(Dimension::LENGTH)
+            }
             Self::GreatestSpeed => Ty::Quantity(Dimension::ANGULAR_VELOCITY),
             Self::Image | Self::Depth => Ty::Count,
             Self::Mass => Ty::Quantity(Dimension::MASS),

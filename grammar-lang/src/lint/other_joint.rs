@@ -97,7 +97,10 @@ fn attribute(expr: &Expr) -> Option<PartAttribute> {
 
 /// What to ask instead, where an attribute of the actuator itself is one that its joint does not have.
 fn lacks(expr: &Expr, joint: JointKind) -> Option<String> {
-    let (turns, slides) = (["least_bend", "greatest_bend"], ["least_distance", "greatest_distance"]);
+    let (turns, slides) = (
+        ["least_bend", "greatest_bend", "neutral_bend"],
+        ["least_distance", "greatest_distance", "neutral_distance"],
+    );
     let have: &[&str] = match joint {
         JointKind::Bend | JointKind::Twist | JointKind::Socket => &turns,
         JointKind::Slide => &slides,
@@ -110,8 +113,10 @@ fn lacks(expr: &Expr, joint: JointKind) -> Option<String> {
             | PartAttribute::GreatestBend
             | PartAttribute::LeastDistance
             | PartAttribute::GreatestDistance
+            | PartAttribute::NeutralBend
+            | PartAttribute::NeutralDistance
             | PartAttribute::GreatestSpeed
     );
-    let names = have.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and ");
+    let names = have.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     (of_joints && !have.contains(&asked.text())).then(|| format!("what {} has {names}", joint.does()))
 }

@@ -13,6 +13,8 @@ use super::known::Known;
 const FAR: f64 = 5.0;
 /// A curve needs so many samples in a period to be one.
 const FEWEST_SAMPLES: f64 = 4.0;
+/// A cycle of valves has so many states at least: in which air comes in, and in which it goes out.
+const FEWEST_STATES: f64 = 2.0;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
@@ -27,7 +29,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
             for (target, air) in &ruleset.targets {
                 let Backend::Pneumatic(valves) = &air.backend else { continue };
-                if air.kind == *kind && valves.shortest > period.domain.0 && told.insert(air.span) {
+                if air.kind == *kind
+                    && FEWEST_STATES * valves.shortest > period.domain.0 * (1.0 + 1e-9)
+                    && told.insert(air.span)
+                {
                     findings.push(too_slow(target, air.span, valves.shortest, period));
                 }
             }
@@ -44,31 +49,29 @@ fn unusual(task: &Task, period: &Variable) -> Option<Diagnostic> {
     let time = |x: f64| shown(x, Dimension::TIME);
     let (low, high) = period.domain;
     let (control, duration) = (task.model.control, task.model.duration);
-    let (message, label) = if low < FEWEST_SAMPLES * control * (1.0 - 1e-9) {
+    let (message, label, help) = if low < FEWEST_SAMPLES * control * (1.0 - 1e-9) {
         (
             format!("a period of {} is too short for the drive", time(low)),
             format!("a drive is sampled every {}", time(control)),
+            "is the unit right? If it is, set a shorter `control` in the model",
         )
     } else if low > duration || high > FAR * duration {
         let long = if low > duration { low } else { high };
         (
             format!("a period of {} is longer than the motion", time(long)),
             format!("the motion lasts {}", time(duration)),
+            "is the unit right? If it is, simulate a longer motion: `simulate ... for 20 s`",
         )
     } else {
         return None;
     };
-    Some(
-        Diagnostic::new(Code::UNUSUAL, period.span, message)
-            .label(label)
-            .help("is the unit right? A gait repeats itself within a few seconds"),
-    )
+    Some(Diagnostic::new(Code::UNUSUAL, period.span, message).label(label).help(help))
 }
 
 fn too_slow(target: &str, place: crate::source::Span, shortest: f64, period: &Variable) -> Diagnostic {
     let time = |x: f64| shown(x, Dimension::TIME);
     Diagnostic::new(Code::TOO_SHORT, place, format!("the valves of `{target}` are too slow for some periods"))
         .label(format!("a valve stays in one state for at least {}", time(shortest)))
-        .also(period.span, format!("a period may be as short as {}", time(period.domain.0)))
+        .also(period.span, format!("a period may be as short as {}: two states have no room in it", time(period.domain.0)))
         .help("start the domain of the period at a longer time, or set a shorter `shortest` if the valves can do it")
 }

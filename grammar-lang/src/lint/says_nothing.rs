@@ -2,9 +2,11 @@
 //! compared though it is the same for every design.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Effect, Expr, ExprKind, Function, Group, Matched, Objective, Rule, Word};
+use crate::ir::{
+    Attribute, Effect, Expr, ExprKind, Function, Group, Matched, Objective, Owner, PartAttribute, Rule, Word,
+};
 use crate::source::Span;
-use crate::units::Dimension;
+use crate::units::{Dimension, shown};
 
 use super::known::Known;
 use super::places::places;
@@ -62,6 +64,18 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         }
     }
     for actuation in rules.actuations.values() {
+        for variable in &actuation.variables {
+            if let Owner::Group(group) = &variable.owner
+                && is_image(group)
+            {
+                told(
+                    group.span,
+                    "`image` makes one group of all",
+                    "images follow their originals, whose number is 0",
+                    "leave `per` out: each original has one. For another value on each side, write a list and read `values[a.image]`",
+                );
+            }
+        }
         for variable in actuation.variables.iter().filter(|variable| variable.size == Some(1)) {
             told(
                 variable.span,
@@ -88,6 +102,15 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 &format!("the noise of `{name}` is larger than what it measures"),
                 "its readings scatter over more than a turn",
                 "write how far readings scatter, such as `noise 1 deg`",
+            );
+        }
+        let shortest = rules.tasks.values().map(|task| task.model.duration).fold(f64::INFINITY, f64::min);
+        if sensor.delay > shortest / 2.0 {
+            told(
+                sensor.span,
+                &format!("`{name}` reads what was {} ago", shown(sensor.delay, Dimension::TIME)),
+                "half of the motion, or more",
+                "is the unit right? A sensor is late by milliseconds: `delay 20 ms`",
             );
         }
     }
@@ -212,4 +235,13 @@ fn replaced_by_its_like(rule: &Rule) -> Option<(Span, &str)> {
 fn is_in_large_unit(objective: &Objective) -> bool {
     let ExprKind::Convert(value, unit) = &objective.value.kind else { return false };
     value.ty.dimension() == Some(Dimension::LENGTH) && *unit >= LARGE
+}
+
+/// Whether what groups actuators is nothing but which image one is.
+fn is_image(group: &Expr) -> bool {
+    match &group.kind {
+        ExprKind::Attribute(_, Attribute::Part(PartAttribute::Image)) => true,
+        ExprKind::List(items) => !items.is_empty() && items.iter().all(is_image),
+        _ => false,
+    }
 }

@@ -9,7 +9,7 @@ use crate::bounds::actuation_locals;
 use crate::units::Dimension;
 
 /// A drive that moves an actuator by less than this share of its range might as well not.
-const HARDLY: f64 = 0.005;
+const HARDLY: f64 = 0.03;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, actuation) in &known.ruleset.actuations {

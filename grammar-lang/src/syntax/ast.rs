@@ -531,7 +531,7 @@ pub enum RuleClauseKind {
     },
     /// `for i in RANGE { ... }`, or one clause with `for i in RANGE` behind it.
     Repeat {
-        /// What it is repeated for.
+        /// What it is repeated for; nothing where it is done once, under a condition that comes first.
         over: Vec<Binder>,
         /// What is repeated.
         clauses: Vec<RuleClause>,

@@ -17,7 +17,7 @@ use crate::source::{FileId, Span};
 
 const RULE_CLAUSES: &[&str] = &[
     "match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "fill",
-    "paint", "clear", "for", "weight", "allow",
+    "paint", "clear", "for", "if", "weight", "allow",
 ];
 /// The clauses that a line `for i in RANGE` may follow.
 const REPEATABLE: &[&str] = &["attach", "set", "fill", "paint", "clear"];
@@ -306,7 +306,9 @@ fn clause_error(clause: Stretch<'_>, entry: Rule, words: &[&str], block: &str, f
     // Several clauses stand on this line, and it is a later one that cannot be read.
     let is_field =
         || matches!(word, "param" | "port" | "allow") || stop.tokens().nth(1).is_some_and(|t| t.text == "=");
-    let begins = if words.is_empty() { is_field() } else { words.contains(&word) };
+    // A condition without a block is a slip of another kind.
+    let is_clause = || words.contains(&word) && (word != "if" || opening(stop).is_some());
+    let begins = if words.is_empty() { is_field() } else { is_clause() };
     if begins && SgrParser::parse(entry, stop.text()).is_err() {
         return clause_error(stop, entry, words, block, file);
     }
@@ -315,7 +317,7 @@ fn clause_error(clause: Stretch<'_>, entry: Rule, words: &[&str], block: &str, f
 
 /// Says what is wrong with the first clause that cannot be read of a block that is repeated.
 fn error_in_block(clause: Stretch<'_>, entry: Rule, words: &[&str], file: FileId) -> Option<Diagnostic> {
-    if clause.first_word() != "for" || !words.contains(&"for") {
+    if !matches!(clause.first_word(), "for" | "if") || !words.contains(&"for") {
         return None;
     }
     let open = opening(clause)?;
@@ -357,7 +359,12 @@ fn clauses<'a>(inside: Stretch<'a>, words: &[&str]) -> Vec<Stretch<'a>> {
             continue;
         }
         let word = line.first_word();
-        if word == "for" && words.contains(&word) {
+        // An expression may go on with `if` on a line of its own.
+        let is_condition = || {
+            let opens = line.tokens().any(|token| token.text == "{");
+            word == "if" && opens && !line.tokens().any(|token| token.text == "then")
+        };
+        if words.contains(&word) && (word == "for" || is_condition()) {
             let open = line.tokens().find(|token| token.text == "{");
             let close = open.and_then(|open| matching_close(inside.part(open.start, inside.end)));
             let before = starts.last().map_or("", |start| inside.part(*start, line.start).first_word());
@@ -371,7 +378,8 @@ fn clauses<'a>(inside: Stretch<'a>, words: &[&str]) -> Vec<Stretch<'a>> {
             depth == 0 && opens_field(line, !starts.is_empty())
         } else {
             // Continuation lines start with an operator or a word such as `because`.
-            words.contains(&word) || (depth == 0 && nearest(word, words.iter().copied()).is_some())
+            words.contains(&word) && word != "if"
+                || (depth == 0 && nearest(word, words.iter().copied()).is_some())
         };
         if opens || starts.is_empty() {
             starts.push(line.start);

@@ -5,7 +5,7 @@ use parry3d_f64::query;
 
 use super::discs::Discs;
 use super::links::Place;
-use crate::design::solid::{Solid, pose};
+use crate::design::assembly::solid::{Solid, pose};
 use crate::simulate::lowering::{Lowered, Piece};
 
 /// Elements that are no farther than this from each other at rest, m, are made to meet there: they do not collide.

@@ -3,6 +3,7 @@
 mod expr;
 mod item;
 
+use std::iter::once;
 use std::sync::LazyLock;
 
 use pest::iterators::Pair;
@@ -438,6 +439,14 @@ impl<'a> Lowering<'a> {
                 let over = binders.into_iter().filter_map(|n| self.binder(n)).collect();
                 let clauses = clauses.into_iter().filter_map(|n| self.rule_clause(n)).collect();
                 RuleClauseKind::Repeat { over, clauses }
+            }
+            Rule::if_clause => {
+                let condition = self.expr(inner.next()?)?;
+                let place = condition.span;
+                let guard = RuleClause { kind: RuleClauseKind::Guard(true, condition), span: place };
+                let clauses = inner.filter_map(|n| self.rule_clause(n));
+                // Done once, where the condition holds.
+                RuleClauseKind::Repeat { over: Vec::new(), clauses: once(guard).chain(clauses).collect() }
             }
             Rule::revert_clause => RuleClauseKind::Revert(self.expr(inner.next()?)?),
             Rule::fill_clause | Rule::paint_clause | Rule::clear_clause => return self.cells(node),

@@ -241,7 +241,7 @@ impl Declarations<'_> {
             } else {
                 in_blocks.iter().find(is_meant).map(|name| {
                     let name = &name.text;
-                    format!("`{name}` is made again and again by `for`: only what stands in that block can name it")
+                    format!("`{name}` is made within a block: only what stands in that block can name it")
                 })
             };
             if help.is_some() {
@@ -296,9 +296,13 @@ impl Declarations<'_> {
         cx: &mut Context,
     ) -> Option<ir::Effect> {
         let depth = cx.locals.len();
+        let is_once = over.is_empty();
         let over = self.expressions.binders(over, cx);
-        let effects = self.within_block(clauses, 0, cx);
+        let mut effects = self.within_block(clauses, 0, cx);
         cx.locals.truncate(depth);
+        if is_once {
+            return effects.pop();
+        }
         if clauses.is_empty()
             && let Some(first) = over.first()
         {
@@ -326,7 +330,8 @@ impl Declarations<'_> {
                     ir::Binder { slot, over }
                 }
                 RuleClauseKind::Guard(positive, condition) => {
-                    let what = if *positive { "what follows `when`" } else { "what follows `unless`" };
+                    let what =
+                        if *positive { "the condition of this block" } else { "what follows `unless`" };
                     let condition = self.expressions.expect(condition, cx, &Ty::Bool, what);
                     let slot = cx.locals.len();
                     cx.locals.push(Local { name: String::new(), ty: Ty::Count, span: condition.span });
@@ -372,14 +377,14 @@ impl Declarations<'_> {
         };
         names.into_iter().for_each(|name| self.expressions.bind(name, Ty::Unknown, cx));
         let help = match word {
-            "choose" => "move it above the block: all repetitions then have the same value",
+            "choose" => "move it above the block: it is drawn once, whatever the block does with it",
             "let" => {
                 "move it above the block, or write the value where it is read: a `let` of a rule does not see what the block repeats"
             }
             _ => "move it out of the block",
         };
         self.report(
-            Diagnostic::new(Code::BAD_VALUE, clause.span, format!("`{word}` cannot be repeated"))
+            Diagnostic::new(Code::BAD_VALUE, clause.span, format!("`{word}` cannot stand in a block"))
                 .label("it is about the whole rule")
                 .help(help),
         );
@@ -484,8 +489,13 @@ impl Declarations<'_> {
                 RuleClauseKind::Replace { part, .. } => ("replace", part),
                 RuleClauseKind::Revert(step) => ("revert", step),
                 RuleClauseKind::Repeat { over: binders, clauses } => {
-                    let (Some(first), Some(last)) = (binders.first(), binders.last()) else { continue };
-                    let inner = self.written(first.over.span.join(last.over.span));
+                    // What is done once has its condition in the place of what it is repeated for.
+                    let place = match (binders.first(), binders.last()) {
+                        (Some(first), Some(last)) => Some(first.over.span.join(last.over.span)),
+                        _ => clauses.first().map(|condition| condition.span),
+                    };
+                    let Some(place) = place else { continue };
+                    let inner = self.written(place);
                     self.check_twice_within(clauses, &format!("{over} {inner}"), seen);
                     continue;
                 }

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use parry3d_f64::math::Pose;
 use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder};
 
-use super::assembly::Shape;
+use super::Shape;
 
 /// A shape, ready to be asked for distances.
 #[derive(Clone, Copy, Debug)]
