@@ -315,7 +315,7 @@ impl Derivation {
                 continue;
             }
             again.repeat(rules, old).map_err(|_| Blocked::Needed)?;
-            if self.others_in_their_place(&again, rules, old) {
+            if self.others_in_their_place(&again, rules, old, step) {
                 return Err(Blocked::Needed);
             }
         }
@@ -326,7 +326,7 @@ impl Derivation {
 
     /// Whether later steps name parts of a step that have become others, as it was repeated for other things: parts are known by their
     /// number within the step.
-    fn others_in_their_place(&self, again: &Self, rules: &RuleSet, step: &Step) -> bool {
+    fn others_in_their_place(&self, again: &Self, rules: &RuleSet, step: &Step, reverted: u64) -> bool {
         let repeats = |e: &Effect| matches!(e, Effect::Repeat { .. });
         if !rules.rule(&step.rule).is_some_and(|rule| rule.effects.iter().any(repeats)) {
             return false;
@@ -339,11 +339,12 @@ impl Derivation {
             Reference::Part(id) | Reference::Port(id, _) | Reference::Joint(id)
                 if step_of(*id) == step.id =>
             {
-                held(self, *id) != held(again, *id)
+                // What a reverted step took away comes back.
+                self.design.parts.contains_key(id) && held(self, *id) != held(again, *id)
             }
             _ => false,
         };
-        let later = self.steps.iter().filter(|other| other.id > step.id);
+        let later = self.steps.iter().filter(|other| other.id > step.id && other.id != reverted);
         later.flat_map(|other| &other.locals).any(|local| local.refers(&is_another))
     }
 

@@ -66,10 +66,10 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                 let first = product.map_or(Reference::Step(step_id), |p| Reference::Part(*p));
                 locals.push(Value::Reference(first));
                 let effects = rules.rule(&application.rule).map_or(&[][..], |rule| &rule.effects);
-                for maker in products {
-                    let own = made.iter().filter(|(by, _)| by == maker);
+                for makers in products {
+                    let own = made.iter().filter(|(by, _)| makers.contains(by));
                     let mut own = own.map(|(_, part)| Value::Reference(Reference::Part(*part)));
-                    locals.push(if Effect::is_repeated(effects, *maker) {
+                    locals.push(if makers.iter().any(|maker| Effect::is_repeated(effects, *maker)) {
                         Value::List(own.collect())
                     } else {
                         own.next().unwrap_or(Value::Reference(Reference::Step(step_id)))

@@ -25,9 +25,10 @@ pub enum ExampleClause {
         name: String,
         /// What is applied.
         application: Application,
-        /// Which of the effects that make parts name them, by their numbers among these. What is made again and again is a list.
+        /// For each name that the rule gives parts the effects that make them, by their numbers among all that make some. What is made within a
+        /// block is a list, and several blocks may give one name.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
-        products: Vec<usize>,
+        products: Vec<Vec<usize>>,
     },
     /// A rule that must not be applicable with these values.
     Refuse {

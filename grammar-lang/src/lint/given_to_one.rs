@@ -44,8 +44,11 @@ fn given_to_one(expr: &Expr, ruleset: &RuleSet) -> Option<Diagnostic> {
     )
 }
 
+/// A kind, what it is given, and where it stands.
+type Branch<'e> = (&'e str, &'e [(String, Expr)], Span);
+
 /// The kinds that an `if` or a `match` decides between, with what each is given.
-fn branches(expr: &Expr) -> Vec<(&str, &[(String, Expr)], Span)> {
+fn branches(expr: &Expr) -> Vec<Branch<'_>> {
     let mut next: Vec<&Expr> = match &expr.kind {
         ExprKind::If(_, then, otherwise) => vec![otherwise, then],
         _ => return Vec::new(),

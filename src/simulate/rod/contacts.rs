@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Matrix6x3, Vector3, Vector6};
 
 use super::factor::TreeFactor;
-use super::links::Place;
+use super::links::{Motor, Place};
 
 /// So deep an overlap is left, m, so that contacts last.
 const SLOP: f64 = 2e-5;
@@ -107,25 +107,129 @@ impl Contact {
         let by = now - self.impulse;
         self.push(&by, vectors);
         self.impulse = now;
-        by.norm()
+        by.norm() * self.own.norm().sqrt()
+    }
+
+    /// How much it does, in the measure in which all are compared: the root of twice an energy.
+    fn size(&self) -> f64 {
+        self.impulse.norm() * self.own.norm().sqrt()
     }
 }
 
-/// Finds the impulses of all contacts, in so many sweeps at most: one that changes them by no more than a share is the last.
+/// What holds of the speed of a link at the end of a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Law {
+    /// A drive with a limit.
+    Motor(Motor),
+    /// An end of its range: it goes no faster towards it than the room that is left, and is only pushed away from it. The sign says which end:
+    /// away from the low one is up.
+    End {
+        /// 1 at the low end, -1 at the high one.
+        away: f64,
+        /// The least speed away, rad/s or m/s.
+        least: f64,
+    },
+}
+
+impl Law {
+    /// An end of a range with so much room, rad or m; negative beyond it.
+    pub(super) fn end(away: f64, room: f64, step: f64) -> Self {
+        let least = if room > 0.0 { -room / step } else { -room * MEND / step };
+        Self::End { away, least }
+    }
+
+    /// What an impulse can be.
+    fn clamp(self, impulse: f64) -> f64 {
+        match self {
+            Self::Motor(motor) => impulse.clamp(-motor.most, motor.most),
+            Self::End { away, .. } => (impulse * away).max(0.0) * away,
+        }
+    }
+}
+
+/// A condition on a link in a step, in the factorised space.
+#[derive(Clone, Debug)]
+pub(super) struct Drive {
+    rows: Vec<(usize, Vector6<f64>)>,
+    own: f64,
+    law: Law,
+    pub(super) impulse: f64,
+}
+
+impl Drive {
+    /// A condition on a link between a body and its parent, by what its speed is along their velocities and spins. It begins with the impulse of the
+    /// last step.
+    pub(super) fn new(
+        (law, last): (Law, f64),
+        (body, parent): (usize, usize),
+        along: [Vector6<f64>; 2],
+        factor: &TreeFactor,
+        room: &mut [Matrix6x3<f64>],
+    ) -> Self {
+        let path: Vec<usize> = factor.path(body).collect();
+        for (body, along) in [body, parent].into_iter().zip(along) {
+            let sum = room[body].column(0) + along;
+            room[body].set_column(0, &sum);
+        }
+        let rows: Vec<(usize, Vector6<f64>)> = factor
+            .forward_rows(&path, room)
+            .into_iter()
+            .map(|(body, rows)| (body, rows.column(0).into_owned()))
+            .collect();
+        let own = rows.iter().map(|(_, row)| row.norm_squared()).sum();
+        Self { rows, own, law, impulse: law.clamp(last) }
+    }
+
+    /// Adds an impulse to what the bodies have.
+    fn push(&self, impulse: f64, vectors: &mut [Vector6<f64>]) {
+        for (body, row) in &self.rows {
+            vectors[*body] += row * impulse;
+        }
+    }
+
+    /// Finds its impulse while all others keep theirs. By how much it changes, as an impulse of what moves.
+    fn relax(&mut self, vectors: &mut [Vector6<f64>]) -> f64 {
+        let speed: f64 = self.rows.iter().map(|(body, row)| row.dot(&vectors[*body])).sum();
+        let change = match self.law {
+            Law::Motor(Motor { offset, slope, .. }) => {
+                (offset + speed + self.impulse / slope) / (self.own + 1.0 / slope)
+            }
+            Law::End { away, least } => (speed - least * away) / self.own,
+        };
+        let now = self.law.clamp(self.impulse - change);
+        let by = now - self.impulse;
+        self.push(by, vectors);
+        self.impulse = now;
+        by.abs() * self.own.sqrt()
+    }
+
+    fn size(&self) -> f64 {
+        self.impulse.abs() * self.own.sqrt()
+    }
+}
+
+/// Finds the impulses of all drives and contacts, in so many sweeps at most: one that changes them by no more than a share is the last.
 pub(super) fn solve(
+    drives: &mut [Drive],
     contacts: &mut [Contact],
     vectors: &mut [Vector6<f64>],
     (sweeps, tolerance): (usize, f64),
 ) {
+    for drive in drives.iter() {
+        drive.push(drive.impulse, vectors);
+    }
     for contact in contacts.iter() {
         contact.push(&contact.impulse, vectors);
     }
     for _ in 0..sweeps {
         let mut changed = 0.0;
+        for drive in drives.iter_mut() {
+            changed += drive.relax(vectors);
+        }
         for contact in contacts.iter_mut() {
             changed += contact.relax(vectors);
         }
-        let all: f64 = contacts.iter().map(|contact| contact.impulse.norm()).sum();
+        let all: f64 = contacts.iter().map(Contact::size).chain(drives.iter().map(Drive::size)).sum();
         if changed <= tolerance * all {
             return;
         }

@@ -152,7 +152,7 @@ impl Discs {
 
     /// The pieces of each beam, and the refined assembly with a hinge in the place of each elastic link, as stiff together as the row is.
     #[cfg(test)]
-    pub(super) fn as_hinges(mut self) -> (Vec<Vec<usize>>, Assembly) {
+    pub(super) fn into_hinges(mut self) -> (Vec<Vec<usize>>, Assembly) {
         let links = self.links.clone();
         for joint in &mut self.assembly.joints {
             let Some((_, Link::Elastic { beam })) = links.iter().find(|(child, _)| *child == joint.child)

@@ -26,8 +26,6 @@ pub(super) struct Place {
 const HOLD: f64 = 1e7;
 /// Squared lever, m^2, that makes a stiffness against turning of one against shifting.
 const LEVER: f64 = 1e-3;
-/// An end of a range is so much softer than what holds.
-const END: f64 = 0.01;
 
 /// What moves a link along what is driven or free of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,6 +76,32 @@ pub(super) struct Action {
     effort: [f64; 6],
     stiffness: [f64; 6],
     damping: [f64; 6],
+    /// What drives it, where that is solved with the contacts.
+    pub(super) motor: Option<Motor>,
+}
+
+/// A drive with a limit, as a condition on the speed at the end of a step: impulse = -(offset + speed) x slope, within the limit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motor {
+    /// rad/s or m/s.
+    pub(super) offset: f64,
+    /// N m s per rad/s, or N s per m/s.
+    pub(super) slope: f64,
+    /// The greatest impulse, N m s or N s.
+    pub(super) most: f64,
+}
+
+impl Motor {
+    /// None where nothing pushes.
+    fn new(effort: f64, (stiffness, damping): (f64, f64), most: f64, step: f64) -> Option<Self> {
+        let slope = stiffness * step + damping;
+        (slope > 0.0).then(|| Self { offset: effort / slope, slope: slope * step, most: most * step })
+    }
+
+    /// Its impulse when what it drives moves so fast at the end of the step.
+    pub(super) fn impulse(&self, speed: f64) -> f64 {
+        (-(self.offset + speed) * self.slope).clamp(-self.most, self.most)
+    }
 }
 
 impl Link {
@@ -175,6 +199,12 @@ impl Link {
         self.driven
     }
 
+    /// How far the ends of its range are from where it stands, low then high, rad or m; none where it has no end.
+    pub(super) fn ends(&self, action: &Action) -> [Option<f64>; 2] {
+        let at = action.deformation[self.driven];
+        [at - self.limits.0, self.limits.1 - at].map(|room| room.is_finite().then_some(room))
+    }
+
     /// Whether an actuator moves it.
     pub(super) fn is_driven(&self) -> bool {
         self.drive != Drive::Own
@@ -222,28 +252,26 @@ impl Link {
         let (mut stiffness, mut damping) = (self.stiffness, self.damping);
         let mut effort: [f64; 6] = std::array::from_fn(|axis| stiffness[axis] * deformation[axis]);
         let own = self.driven;
-        let mut action = Action { at, axes, deformation, effort, stiffness, damping };
+        let mut action = Action { at, axes, deformation, effort, stiffness, damping, motor: None };
         let rate = action.rates(parent, body)[own];
         effort[own] = match self.drive {
             Drive::Position | Drive::Own => stiffness[own] * (deformation[own] - target),
             Drive::Speed => -damping[own] * target,
         };
-        // At its limit, what drives does not depend on how the body moves. The damping of a beam is that of its material, which has none.
-        let of_motor = if self.is_beam { 0.0 } else { damping[own] };
-        let foreseen = effort[own] + (stiffness[own] * step + of_motor) * rate;
-        if foreseen.abs() > self.effort {
-            effort[own] = self.effort.copysign(foreseen);
-            stiffness[own] = 0.0;
-            damping[own] -= of_motor;
+        let mut motor = None;
+        if self.is_beam {
+            // At its limit, what drives does not depend on how the body moves. The damping of a beam is that of its material, which has none.
+            let foreseen = effort[own] + stiffness[own] * step * rate;
+            if foreseen.abs() > self.effort {
+                effort[own] = self.effort.copysign(foreseen);
+                stiffness[own] = 0.0;
+            }
+        } else if self.is_driven() {
+            // Others turn so little mass that they would shoot beyond what they are asked for within a step: they are solved with the contacts.
+            motor = Motor::new(effort[own], (stiffness[own], damping[own]), self.effort, step);
+            (effort[own], stiffness[own], damping[own]) = (0.0, 0.0, 0.0);
         }
-        let soon = deformation[own] + rate * step;
-        let (low, high) = self.limits;
-        let end = if own < 3 { END * self.stiffness[1] } else { END * self.stiffness[4] };
-        if soon < low || soon > high {
-            effort[own] += end * (deformation[own] - if soon < low { low } else { high });
-            stiffness[own] += end;
-        }
-        (action.effort, action.stiffness, action.damping) = (effort, stiffness, damping);
+        (action.effort, action.stiffness, action.damping, action.motor) = (effort, stiffness, damping, motor);
         action
     }
 
@@ -265,8 +293,26 @@ impl Link {
     pub(super) fn work(&self, action: &Action, parent: &Place, body: &Place, step: f64) -> f64 {
         let own = self.driven;
         let rate = action.rates(parent, body)[own];
+        if let Some(motor) = &action.motor {
+            return motor.impulse(rate) * rate;
+        }
         let effort = action.effort[own] + (action.stiffness[own] * step + action.damping[own]) * rate;
         -effort * rate * step
+    }
+
+    /// How the speed of what is driven follows from those of the two bodies, the child's first: along their velocities and spins.
+    pub(super) fn along(&self, action: &Action, parent: &Place, body: &Place) -> [Vector6<f64>; 2] {
+        let column = |axis: usize| action.axes.column(axis).into_owned();
+        let on = |place: &Place, sign: f64| {
+            let (way, turn) = if self.driven < 3 {
+                (Vector3::zeros(), column(self.driven))
+            } else {
+                let way = column(self.driven - 3);
+                (way, (action.at - place.centre).cross(&way))
+            };
+            Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z) * sign
+        };
+        [on(body, 1.0), on(parent, -1.0)]
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Matrix6x3, UnitQuaternion, Vector3, Vector6};
 
-use super::contacts::{self, Contact, Spot};
+use super::contacts::{self, Contact, Drive, Law, Spot};
 use super::discs::{Beam, Discs, Link as From};
 use super::factor::{TreeFactor, TreeMatrix};
 use super::ground::{Near, Sole};
@@ -79,7 +79,9 @@ pub(super) struct Rods {
     actions: Vec<Action>,
     /// The work of the drive of each link: all of it, and what was positive, J.
     work: Vec<[f64; 2]>,
-    /// Impulses of the last step by number, N s.
+    /// Impulses of each link in the last step, N m s or N s: of its drive, and of the two ends of its range.
+    pushes: Vec<[f64; 3]>,
+    /// Impulses of contacts in the last step by number, N s.
     remembered: Vec<Vector3<f64>>,
     matrix: TreeMatrix,
     factor: TreeFactor,
@@ -168,6 +170,7 @@ impl Rods {
             places: rest.clone(),
             rest,
             work: vec![[0.0; 2]; links.len()],
+            pushes: vec![[0.0; 3]; links.len()],
             links,
             pieces: lowered.pieces.clone(),
             soles,
@@ -196,6 +199,7 @@ impl Rods {
         self.momenta.resize(self.bodies.len(), still);
         self.targets.fill(0.0);
         self.work.fill([0.0; 2]);
+        self.pushes.fill([0.0; 3]);
         self.remembered.fill(Vector3::zeros());
         self.actions.clear();
         for link in &self.links {
@@ -310,13 +314,38 @@ impl Rods {
             return Err(Invalid::EnergyFromNowhere);
         }
         self.factor.forward(&mut vectors);
+        let mut drives = Vec::new();
+        let mut places = Vec::new();
+        for (number, (link, action)) in self.links.iter().zip(&self.actions).enumerate() {
+            let [low, high] = link.ends(action);
+            let laws = [
+                action.motor.map(Law::Motor),
+                low.map(|room| Law::end(1.0, room, step)),
+                high.map(|room| Law::end(-1.0, room, step)),
+            ];
+            for (which, law) in laws.into_iter().enumerate() {
+                let Some(law) = law else { continue };
+                let along = link.along(action, &self.places[link.parent], &self.places[link.body]);
+                let (pair, last) = ((link.body, link.parent), self.pushes[number][which]);
+                drives.push(Drive::new((law, last), pair, along, &self.factor, &mut self.room));
+                places.push((number, which));
+            }
+        }
         let spots = self.spots();
         let mut contacts = Vec::with_capacity(spots.len());
         for spot in &spots {
             let last = self.remembered[spot.slot];
             contacts.push(Contact::new(spot, &self.places, &self.factor, last, step, &mut self.room));
         }
-        contacts::solve(&mut contacts, &mut vectors, (self.settings.iterations, self.settings.tolerance));
+        contacts::solve(
+            &mut drives,
+            &mut contacts,
+            &mut vectors,
+            (self.settings.iterations, self.settings.tolerance),
+        );
+        for ((link, which), drive) in places.into_iter().zip(&drives) {
+            self.pushes[link][which] = drive.impulse;
+        }
         self.remembered.fill(Vector3::zeros());
         for contact in &contacts {
             self.remembered[contact.slot] = contact.impulse;

@@ -249,7 +249,7 @@ fn stiff_rods_are_rows_of_hinges() {
     let own = motion(&Rod { discs: 2, stiffer: 1e3 }, &body);
     let soft = motion(&Rod { discs: 2, stiffer: 1.0 }, &body);
     // The same slices with a hinge between two of them.
-    let (beams, hinges) = super::discs::Discs::new(&body, 2).unwrap().as_hinges();
+    let (beams, hinges) = super::discs::Discs::new(&body, 2).unwrap().into_hinges();
     let theirs = motion(&Articulated, &hinges);
     let last = beams[0][beams[0].len() - 2];
     let tip = |motion: &Motion, element: usize, t: f64| {
@@ -306,4 +306,43 @@ fn nothing_moves_a_body_on_ice() {
     assert!(motion.drift(&body) < 1e-5, "{} m", motion.drift(&body));
     let bent = motion.bends.chunks(4).map(|bends| bends.iter().map(|bend| bend.abs()).fold(0.0, f64::max));
     assert!(bent.fold(0.0, f64::max) > 0.5);
+}
+
+/// A motor that is strong for what it turns gives it the speed that is asked for, and never more, whatever the step.
+#[test]
+fn a_strong_motor_does_not_overshoot() {
+    use crate::simulate::run::Stepper;
+    for (step, effort) in [(1.0 / 240.0, 0.05), (1.0 / 240.0, 0.001), (1.0 / 960.0, 0.05)] {
+        let mut body = Builder::default();
+        let mut base = element(Shape::Box { half: Vector3::repeat(0.05) }, Isometry3::identity());
+        base.mass = 1.0;
+        let base = body.add(base);
+        body.0.actuators = 1;
+        let pose = Translation3::new(0.06, 0.0, 0.0).into();
+        let wheel = body.add(element(Shape::Cylinder { radius: 0.02, half_length: 0.004 }, pose));
+        let dof = Dof {
+            control: crate::design::assembly::Control::Speed { actuator: 0, times: 1.0 },
+            share: 1.0,
+            limits: (f64::NEG_INFINITY, f64::INFINITY),
+            stiffness: 0.0,
+            damping: 0.005,
+            effort,
+            ..hinge(Vector3::new(0.055, 0.0, 0.0), Vector3::x(), 0)
+        };
+        body.join(base, wheel, JointKind::Dof(dof));
+        let settings = Settings { step, ..during(1.0) };
+        let (mut rods, _) = Rod::FINE.made(&body.0, &settings, &World::NOMINAL).unwrap();
+        let asked = 3.0;
+        rods.aim(0, 0, asked);
+        let inertia = body.0.elements[1].shape.moments(body.0.elements[1].mass).x;
+        for count in 1..=(0.5 / step) as i32 {
+            rods.step();
+            let speed = rods.rate(0, 0).unwrap();
+            assert!(speed < asked * 1.001, "{step} {effort}: {speed} rad/s");
+            // No more than the torque can do.
+            let most = effort * f64::from(count) * step / inertia;
+            assert!(speed < most * 1.01, "{step} {effort}: {speed} rad/s, {most}");
+        }
+        assert!((rods.rate(0, 0).unwrap() / asked - 1.0).abs() < 1e-3);
+    }
 }

@@ -113,7 +113,7 @@ impl Declarations<'_> {
                         cx.locals.push(Local { name: local, ty: ty.clone(), span: product.span });
                     }
                     if let Some((application, _)) = checked {
-                        let products = named.into_iter().map(|(place, ..)| place).collect();
+                        let products = named.into_iter().map(|(makers, ..)| makers).collect();
                         out.push(ir::ExampleClause::Step { name: name.text.clone(), application, products });
                     }
                 }
@@ -124,12 +124,12 @@ impl Declarations<'_> {
 
     /// The parts that a rule makes and names: the numbers of the lines that make parts, their names and types; of what is made again and
     /// again a list.
-    fn products(&self, rule: &Name) -> Vec<(usize, Name, Ty)> {
+    fn products(&mut self, rule: &Name) -> Vec<(Vec<usize>, Name, Ty)> {
         let declared = self.environment.program.lookup(rule.span, &rule.text);
         let Some((_, ast::Item { kind: ItemKind::Rule(_, clauses), .. })) = declared else {
             return Vec::new();
         };
-        let mut named = Vec::new();
+        let mut named: Vec<(Vec<usize>, Name, Ty)> = Vec::new();
         for (number, (what, product, is_repeated)) in makers(clauses, false).into_iter().enumerate() {
             let Some(product) = product else { continue };
             let kind = match &what.kind {
@@ -139,7 +139,14 @@ impl Declarations<'_> {
             let active = matches!(&kind.kind, ast::ExprKind::Name(name) if self.expressions.is_actuator(name, kind.span));
             let one = if active { Ty::Actuator } else { Ty::Part };
             let ty = if is_repeated { Ty::List(Box::new(one)) } else { one };
-            named.push((number, product.clone(), ty));
+            // Of blocks that exclude each other, each may give the name.
+            match named.iter_mut().find(|(_, name, _)| is_repeated && name.text == product.text) {
+                Some((numbers, first, _)) => {
+                    numbers.push(number);
+                    self.shared_names.push((first.span, product.span));
+                }
+                None => named.push((vec![number], product.clone(), ty)),
+            }
         }
         named
     }

@@ -94,6 +94,11 @@ impl Declarations<'_> {
             }
         }
         let products = std::mem::take(&mut self.products);
+        for (first, other) in std::mem::take(&mut self.shared_names) {
+            if self.expressions.read.contains(&first) {
+                self.expressions.read.insert(other);
+            }
+        }
         self.unread(products.iter(), "use it in this rule or in an example, or take it out");
         examples
     }

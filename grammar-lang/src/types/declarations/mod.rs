@@ -100,6 +100,8 @@ pub(super) struct Declarations<'a> {
     faulty: IndexSet<Span>,
     /// What sound rules call the parts that they make: an example may read it where the rule does not.
     products: Vec<Name>,
+    /// Names that several blocks of a rule give: the first place, and another.
+    shared_names: Vec<(Span, Span)>,
 }
 
 impl<'a> Declarations<'a> {
@@ -109,6 +111,7 @@ impl<'a> Declarations<'a> {
             expressions,
             faulty: IndexSet::new(),
             products: Vec::new(),
+            shared_names: Vec::new(),
         }
     }
 
