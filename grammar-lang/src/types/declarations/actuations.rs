@@ -73,8 +73,8 @@ impl Declarations<'_> {
             let checked = self.variable(variable, &cx);
             let item = checked.as_ref().map_or(Ty::Unknown, |v| v.ty.clone());
             let ty = Self::type_of_variable(variable, item);
-            // It has the name of its own declaration.
-            cx.locals.push(Local { name: variable.name.text.clone(), ty, span: variable.name.span });
+            // It is known by its declaration: its name may mean something else here.
+            cx.locals.push(Local { name: String::new(), ty, span: variable.name.span });
             variables.extend(checked.map(|v| ir::Variable { owner: ir::Owner::Everyone, ..v }));
         }
         for clause in clauses {
@@ -93,8 +93,7 @@ impl Declarations<'_> {
         let mut values = Values::new(remembered);
         for (name, value) in everyones.values() {
             let value = self.value_of_everyone(value, &cx);
-            // It has the name of its own declaration.
-            cx.locals.push(Local { name: name.text.clone(), ty: value.ty.clone(), span: name.span });
+            cx.locals.push(Local { name: String::new(), ty: value.ty.clone(), span: name.span });
             values.add(name, value);
         }
         let shared_lets = values.lets.len();

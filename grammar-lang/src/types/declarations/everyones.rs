@@ -3,6 +3,7 @@
 use indexmap::IndexSet;
 
 use super::Declarations;
+use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Expr, Ty};
 use crate::names::Declaration;
 use crate::syntax::ast::{self, ActuationClause, ItemKind, Name};
@@ -40,27 +41,27 @@ impl<'a> Declarations<'a> {
         clauses: &[ActuationClause],
     ) -> Everyones<'a> {
         let program = self.environment.program;
-        let own: Vec<&str> = clauses.iter().filter_map(named_by).map(|name| name.text.as_str()).collect();
-        let visible = program.items().filter(|(declaration, item)| {
-            let name = match &item.kind {
-                ItemKind::Shared(variable) => &variable.name,
-                ItemKind::Let(name, None, _) if self.environment.sharing.reads(*declaration) => name,
-                _ => return false,
+        let is_shared = |(declaration, item): &(Declaration, &ast::Item)| {
+            let reads = match &item.kind {
+                ItemKind::Shared(_) => true,
+                ItemKind::Let(_, None, _) => self.environment.sharing.reads(*declaration),
+                _ => false,
             };
-            let here = program.lookup(binder.span, &name.text).map(|(found, _)| found);
-            // What the actuation calls so itself is meant.
-            here == Some(*declaration) && !own.contains(&name.text.as_str())
-        });
-        let visible: Vec<Declaration> = visible.map(|(declaration, _)| declaration).collect();
-        if visible.is_empty() {
+            reads && !program.dropped.contains_key(declaration)
+        };
+        let some: Vec<Declaration> =
+            program.items().filter(is_shared).map(|(declaration, _)| declaration).collect();
+        if some.is_empty() {
             return Everyones(Vec::new());
         }
-        let all = self.environment.sharing.before(visible);
+        let all = self.environment.sharing.before(some);
         // Tried with all of them: those that are read stay.
         let before = self.expressions.errors.len();
+        let touched = self.expressions.touched.clone();
         let read = std::mem::replace(&mut self.expressions.read, IndexSet::new());
         self.actuation_with(&self.items_of(&all), name, binder, kind, clauses, true);
         drop(self.expressions.errors.split_off(before));
+        self.expressions.touched = touched;
         let tried = std::mem::replace(&mut self.expressions.read, read);
         let is_read = |declaration: &Declaration| {
             let name = program.item(*declaration).and_then(crate::names::declared);
@@ -70,7 +71,34 @@ impl<'a> Declarations<'a> {
         self.expressions.read.extend(tried);
         let kept = self.environment.sharing.before(wanted);
         self.expressions.touched.extend(&kept);
-        self.items_of(&kept)
+        let kept = self.items_of(&kept);
+        self.one_of_each_name(&kept, clauses);
+        kept
+    }
+
+    /// Reports variables that have one name in one actuation: another module may declare one that only its own values read.
+    fn one_of_each_name(&mut self, kept: &Everyones<'_>, clauses: &[ActuationClause]) {
+        let own = clauses.iter().filter_map(|clause| match clause {
+            ActuationClause::Variable(variable) => Some(&variable.name),
+            _ => None,
+        });
+        let mut names: Vec<&Name> = own.collect();
+        for variable in kept.variables() {
+            let name = &variable.name;
+            if let Some(other) = names.iter().find(|other| other.text == name.text) {
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        other.span,
+                        format!("this actuation has two variables `{}`", name.text),
+                    )
+                    .label("one")
+                    .also(name.span, "the other, which a value or function of that text reads")
+                    .help("give one of them another name"),
+                );
+            }
+            names.push(name);
+        }
     }
 
     fn items_of(&self, declarations: &[Declaration]) -> Everyones<'a> {
@@ -98,16 +126,5 @@ impl<'a> Declarations<'a> {
     /// The type of what a variable is read as.
     pub(super) fn type_of_variable(variable: &ast::Variable, item: Ty) -> Ty {
         if variable.size.is_some() { Ty::List(Box::new(item)) } else { item }
-    }
-}
-
-/// The name that a clause gives to something.
-fn named_by(clause: &ActuationClause) -> Option<&Name> {
-    match clause {
-        ActuationClause::Variable(variable) => Some(&variable.name),
-        ActuationClause::Let(name, _) => Some(name),
-        ActuationClause::State(state) => Some(&state.name),
-        ActuationClause::Action(action) => Some(&action.name),
-        ActuationClause::Drive(..) => None,
     }
 }

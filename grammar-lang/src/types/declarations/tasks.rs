@@ -600,6 +600,8 @@ enum Periods<'a> {
     Several(Vec<&'a str>),
     /// Each actuator of this one has its own.
     Each(&'a str),
+    /// That of this one is no time.
+    NoTime(&'a str),
 }
 
 impl<'a> Periods<'a> {
@@ -615,6 +617,15 @@ impl<'a> Periods<'a> {
             let everyone = everyone || place.is_some_and(|place| place < actuation.shared_lets);
             if found.iter().any(|(other, _)| *other == name) || !(shared || own.is_some()) {
                 continue;
+            }
+            let is_time = |ty: &Ty| ty.dimension() == Some(Dimension::TIME);
+            let fits = match (variable, own) {
+                (Some(variable), _) => variable.size.is_none() && is_time(&variable.ty),
+                (None, Some(value)) => is_time(&value.ty),
+                (None, None) => true,
+            };
+            if !fits {
+                return Self::NoTime(name);
             }
             if let Some(value) = own.filter(|_| !shared)
                 && differs(value, actuation)
@@ -668,6 +679,10 @@ impl<'a> Periods<'a> {
                 format!("each of {} has a period of its own", one_by_one(names)),
                 "declare `shared period : Time in ...` once, outside of the actuations: then all of them read the same"
                     .to_owned(),
+            )),
+            Self::NoTime(name) => Some((
+                format!("what `{name}` calls `period` is not one time"),
+                "declare `shared period : Time in ...`, or give it another name".to_owned(),
             )),
             Self::Each(name) => Some((
                 format!("each actuator that `{name}` drives has a period of its own"),

@@ -604,7 +604,8 @@ impl<'a> Expressions<'a> {
         };
         let Some(domain) = &param.domain else { return };
         let Some(value_now) = self.quiet_number(value) else { return };
-        let ty = value.ty.clone();
+        // Whole numbers fit where any number does.
+        let ty = self.type_named(&param.ty);
         let mut inner = Context::new(Stage::Declaration, false);
         let domain = self.expect(domain, &mut inner, &Ty::Domain(Box::new(ty.clone())), "a domain");
         if let Some((low, high)) = self.constant_range(&domain)
