@@ -111,6 +111,26 @@ fn a_rule_that_a_requirement_always_stops_is_told() {
     assert_eq!((yes, of), (24, 48), "after the first two of four moves of twelve walks");
 }
 
+/// What differs by its numbers alone is one cause.
+#[test]
+fn causes_that_differ_by_numbers_are_one() {
+    let rules = cubes(
+        "part bar {
+           param long : Length in 1 cm .. 2 cm = 1 cm
+           shape    = box(long, 1 cm, 1 cm)
+           density  = 1 g/cm^3
+           friction = 0.8
+         }
+         rule grow { match p : part with free port q  choose l in 1 cm .. 2 cm  attach bar(long = l * (1 + count(bar))) to q }
+         require few : count(part) <= 50",
+    );
+    let audit = run(&rules, &settings(3));
+    let stopped: Vec<_> =
+        audit.rules[0].stopped.iter().map(|stopped| (stopped.by.as_str(), stopped.times)).collect();
+    assert_eq!(stopped.iter().filter(|(by, _)| *by == "parameter long").count(), 1, "{stopped:?}");
+    assert!(stopped.iter().any(|(by, times)| *by == "parameter long" && *times > 5), "{stopped:?}");
+}
+
 #[test]
 fn audits_are_repeatable() {
     let rules = grammar("grammars/codesign.sgr");

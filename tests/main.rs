@@ -9,6 +9,7 @@ mod browser;
 mod calibrate;
 mod cases;
 mod catalogue;
+mod checking;
 mod command_line;
 mod derivation;
 mod docs;

@@ -12,7 +12,7 @@ use crate::derive::Candidate;
 use crate::scenarios::{self, Scenario};
 use crate::score;
 use crate::search::keeps;
-use crate::simulate::{Invalid, SolverName, Stop};
+use crate::simulate::{Invalid, SolverName, Stop, rod};
 
 /// The names of the checks that every final best goes through.
 pub(super) const HALF_STEP: &str = "half the step, finer contacts";
@@ -83,18 +83,20 @@ fn opinions(candidate: &Candidate<'_>, saved: &SavedTask, model: How<'_>) -> Vec
         (EIGHTH, How { precision: Precision::Finest, ..model }),
         (HALF_STEP, How { precision: Precision::Finer, ..model }),
     ];
-    let is_own =
-        |name: &str, how: &How<'_>| name != HALF_STEP && name != EIGHTH && how.solver == model.solver;
+    // Of itself a solver has no other opinion; where nothing bends, rods are nothing else than joints.
+    let is_another = |name: &str, how: &How<'_>| match name {
+        RAPIER => how.solver != model.solver,
+        RODS => how.solver != model.solver && rod::bends(&candidate.body.assembly),
+        _ => true,
+    };
     let is_known = |name: &str| saved.checks.iter().any(|check| check.name == name);
     let others: Vec<_> =
-        others.into_iter().filter(|(name, how)| !is_own(name, how) && !is_known(name)).collect();
+        others.into_iter().filter(|(name, how)| is_another(name, how) && !is_known(name)).collect();
     let mut checks: Vec<Check> = others
         .into_par_iter()
-        .filter_map(|(name, how)| {
+        .map(|(name, how)| {
             let opinion = opinion(candidate, saved, how);
             let measured = match &opinion {
-                // Nothing of this body bends as a rod.
-                Err(DesignError::Unfit(_)) if name == RODS => return None,
                 Err(DesignError::Unfit(_)) | Ok(Err(Invalid::BeyondLimits | Invalid::Unfit)) => {
                     Measured::Unable
                 }
@@ -102,13 +104,13 @@ fn opinions(candidate: &Candidate<'_>, saved: &SavedTask, model: How<'_>) -> Vec
                 Ok(Ok((value, depth))) if name == RAPIER && *depth > 0.0 => {
                     let own = Check::new(name, Measured::Value, Ok(*value));
                     let agrees = verdict(candidate.rules, saved, &own) == Verdict::Confirmed;
-                    return Some(if agrees { own } else { Check::new(name, Measured::Sunk, Ok(*depth)) });
+                    return if agrees { own } else { Check::new(name, Measured::Sunk, Ok(*depth)) };
                 }
                 _ => Measured::Value,
             };
             // A check without a value does not confirm: the best stands, and says so.
             let value = opinion.and_then(|opinion| Ok(opinion.map(|(value, _)| value)?));
-            Some(Check::new(name, measured, value))
+            Check::new(name, measured, value)
         })
         .collect();
     checks.sort_by_key(|check| [HALF_STEP, EIGHTH, RAPIER, RODS].iter().position(|name| *name == check.name));
@@ -278,6 +280,10 @@ pub fn kept(rules: &RuleSet, design: &SavedDesign) -> (usize, usize) {
 pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: &Check) -> String {
     let direction = rules.tasks.get(&saved.name).map_or(rules.objective.direction, |t| t.objective.direction);
     match (check.value, check.measured) {
+        (_, Measured::Unable) if check.name == RODS => {
+            let why = check.why.as_deref().unwrap_or("they cannot hold the joints of this body");
+            format!("no second opinion: {why}")
+        }
         (_, Measured::Unable) => "no second opinion: it cannot hold the joints of this body".to_owned(),
         (depth, Measured::Sunk) => {
             let depth = describe::quantity(1000.0 * depth.unwrap_or(0.0), "mm");

@@ -1,4 +1,7 @@
 //! An assembly whose bending rows are beams: each row of segments is cut into discs with an elastic link between two of them.
+//!
+//! Each hinge of a row stands for a share of its length. These shares are cut, not the segments: those at the ends of a row are half as long
+//! as the others.
 
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
@@ -8,6 +11,19 @@ use crate::simulate::Unfit;
 
 /// Directions that differ by more than this are not along one line.
 const ASKEW: f64 = 1e-6;
+
+/// What a segment and a disc have in common.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    /// The element of the refined assembly.
+    pub(super) disc: usize,
+    /// From the middle of the disc to that of the part, at rest, m.
+    pub(super) off: Vector3<f64>,
+    /// Which share of the segment it is.
+    pub(super) of_segment: f64,
+    /// Which share of the disc it is.
+    pub(super) of_disc: f64,
+}
 
 /// A row of segments that bends.
 #[derive(Clone, Debug)]
@@ -21,6 +37,8 @@ pub(super) struct Beam {
     pub(super) discs: Vec<usize>,
     /// Where it begins and ends at rest, m.
     ends: [Point3<f64>; 2],
+    /// How far from its beginning each segment begins, and the last one ends, m.
+    bounds: Vec<f64>,
     /// What each hinge is like. All are alike.
     pub(super) hinge: Dof,
     /// The section of its segments.
@@ -43,30 +61,38 @@ impl Beam {
         self.discs.len() - 1
     }
 
-    /// What a segment is made of: discs, how far from the middle of each its part is, m, and how much of the segment that is.
-    pub(super) fn parts(&self, segment: usize) -> Vec<(usize, Vector3<f64>, f64)> {
-        let each = self.links() / self.segments.len();
-        let (first, last) = (segment * each, (segment + 1) * each);
-        let quarter = self.way().into_inner() * (self.length() / self.links() as f64 / 4.0);
-        let share = 1.0 / (2 * each) as f64;
-        (first..=last)
-            .map(|disc| {
-                // The discs at the ends of the beam are halves already.
-                let is_whole = disc > 0 && disc < self.links();
-                let (off, weight) = match disc {
-                    _ if disc == first => (if is_whole { quarter } else { Vector3::zeros() }, share),
-                    _ if disc == last => (if is_whole { -quarter } else { Vector3::zeros() }, share),
-                    _ => (Vector3::zeros(), 2.0 * share),
-                };
-                (self.discs[disc], off, weight)
-            })
-            .collect()
+    /// From where to where a disc goes, m from the beginning.
+    fn span(&self, disc: usize) -> (f64, f64) {
+        let each = self.length() / self.links() as f64;
+        let (from, to) = (each * (disc as f64 - 0.5), each * (disc as f64 + 0.5));
+        (from.max(0.0), to.min(self.length()))
     }
 
-    /// The disc in the middle of a segment.
+    /// The discs of which a segment has a part.
+    pub(super) fn parts(&self, segment: usize) -> Vec<Part> {
+        let (begin, end) = (self.bounds[segment], self.bounds[segment + 1]);
+        let part = |(number, disc): (usize, &usize)| {
+            let (from, to) = self.span(number);
+            let (first, last) = (from.max(begin), to.min(end));
+            let (off, length) = (0.5 * (first + last - from - to), last - first);
+            // Where two segments meet, rounding may leave next to nothing.
+            (length > 1e-9 * (end - begin)).then(|| Part {
+                disc: *disc,
+                off: self.way().into_inner() * off,
+                of_segment: length / (end - begin),
+                of_disc: length / (to - from),
+            })
+        };
+        self.discs.iter().enumerate().filter_map(part).collect()
+    }
+
+    /// The disc in the middle of a segment; of one that has none there, that nearer to the end of the beam.
     pub(super) fn middle(&self, segment: usize) -> usize {
-        let each = self.links() / self.segments.len();
-        self.discs[segment * each + each / 2]
+        let middle = 0.5 * (self.bounds[segment] + self.bounds[segment + 1]);
+        let place = middle / self.length() * self.links() as f64;
+        let half = 0.5 - 1e-9;
+        let place = if 2.0 * middle < self.length() { (place - half).ceil() } else { (place + half).floor() };
+        self.discs[(place.max(0.0) as usize).min(self.links())]
     }
 }
 
@@ -76,7 +102,7 @@ pub(super) enum Link {
     /// A piece of a beam.
     Elastic { beam: usize },
     /// A joint of the assembly.
-    Joint { joint: usize },
+    Joint,
 }
 
 /// The assembly, refined.
@@ -93,12 +119,12 @@ pub(super) struct Discs {
 }
 
 impl Discs {
-    /// Cuts each segment of each bending row into so many discs.
+    /// Cuts the share of each hinge of each bending row into so many pieces.
     ///
     /// # Errors
     ///
     /// [`Unfit`] where a body has what beams cannot be made of.
-    pub(super) fn new(assembly: &Assembly, per_segment: usize) -> Result<Self, Unfit> {
+    pub(super) fn new(assembly: &Assembly, per_hinge: usize) -> Result<Self, Unfit> {
         let beams = beams(assembly)?;
         let of_segment: Vec<Option<(usize, usize)>> = (0..assembly.elements.len())
             .map(|element| {
@@ -122,7 +148,7 @@ impl Discs {
             }
         }
         for beam in 0..own.beams.len() {
-            own.cut(assembly, beam, per_segment);
+            own.cut(assembly, beam, per_hinge);
         }
         for (number, joint) in assembly.joints.iter().enumerate() {
             let hinge = own.beams.iter().any(|beam| beam.hinges.contains(&number));
@@ -142,7 +168,7 @@ impl Discs {
                 Some((beam, _)) => own.beams[beam].discs[0],
                 None => own.of_element[joint.child],
             };
-            own.join(from, to, kind, Link::Joint { joint: number });
+            own.join(from, to, kind, Link::Joint);
             if let Some((beam, _)) = child {
                 own.join_discs(beam);
             }
@@ -150,9 +176,9 @@ impl Discs {
         Ok(own)
     }
 
-    /// The pieces of each beam, and the refined assembly with a hinge in the place of each elastic link, as stiff together as the row is.
+    /// The refined assembly with a hinge in the place of each elastic link, as stiff together as the row is.
     #[cfg(test)]
-    pub(super) fn into_hinges(mut self) -> (Vec<Vec<usize>>, Assembly) {
+    pub(super) fn into_hinges(mut self) -> Assembly {
         let links = self.links.clone();
         for joint in &mut self.assembly.joints {
             let Some((_, Link::Elastic { beam })) = links.iter().find(|(child, _)| *child == joint.child)
@@ -176,7 +202,7 @@ impl Discs {
                 };
             }
         }
-        (self.beams.into_iter().map(|beam| beam.discs).collect(), self.assembly)
+        self.assembly
     }
 
     fn add(&mut self, element: Element) -> usize {
@@ -192,28 +218,26 @@ impl Discs {
     }
 
     /// Makes the discs of a beam.
-    fn cut(&mut self, assembly: &Assembly, beam: usize, per_segment: usize) {
+    fn cut(&mut self, assembly: &Assembly, beam: usize, per_hinge: usize) {
         let own = &self.beams[beam];
-        let links = own.segments.len() * per_segment;
-        let (base, way) = (own.ends[0], own.ends[1] - own.ends[0]);
-        let segments = own.segments.clone();
+        let links = own.hinges.len() * per_hinge;
+        let (base, way) = (own.ends[0], own.way().into_inner());
+        let (length, segments) = (own.length(), own.segments.clone());
+        let like = assembly.elements[segments[0]].clone();
         let mass: f64 = segments.iter().map(|segment| assembly.elements[*segment].mass).sum();
-        let mut discs = Vec::with_capacity(links + 1);
+        let along = like.pose.rotation.inverse() * way;
+        // A disc is known by its place among them.
+        self.beams[beam].discs = vec![0; links + 1];
         for disc in 0..=links {
-            let from = (disc as f64 - 0.5).max(0.0) / links as f64;
-            let to = (disc as f64 + 0.5).min(links as f64) / links as f64;
+            let (from, to) = self.beams[beam].span(disc);
             let place = base + way * (0.5 * (from + to));
-            let segment = (disc / per_segment).min(segments.len() - 1);
-            let like = &assembly.elements[segments[segment]];
-            let along = like.pose.rotation.inverse() * way;
-            discs.push(self.add(Element {
+            self.beams[beam].discs[disc] = self.add(Element {
                 shape: cut(&like.shape, &along, 0.5 * (to - from)),
                 pose: Isometry3::from_parts(place.into(), like.pose.rotation),
-                mass: mass * (to - from),
+                mass: mass * (to - from) / length,
                 friction: like.friction,
-            }));
+            });
         }
-        self.beams[beam].discs = discs;
         for (number, segment) in segments.into_iter().enumerate() {
             self.of_element[segment] = self.beams[beam].middle(number);
         }
@@ -234,9 +258,8 @@ fn unfit(reason: &str) -> Unfit {
     Unfit { reason: reason.to_owned() }
 }
 
-/// The shape of a slice across a direction of its own frame, whose length along that is a share of it.
-fn cut(shape: &Shape, along: &Vector3<f64>, share: f64) -> Shape {
-    let half = along.norm() * share;
+/// The shape of a slice across a direction of its own frame, which has half a length along that, m.
+fn cut(shape: &Shape, along: &Vector3<f64>, half: f64) -> Shape {
     match *shape {
         Shape::Box { half: mut sides } => {
             sides[along.abs().imax()] = half;
@@ -250,7 +273,7 @@ fn cut(shape: &Shape, along: &Vector3<f64>, share: f64) -> Shape {
 }
 
 /// The rows of an assembly that bend, actuator by actuator.
-fn beams(assembly: &Assembly) -> Result<Vec<Beam>, Unfit> {
+pub(super) fn beams(assembly: &Assembly) -> Result<Vec<Beam>, Unfit> {
     let mut found = Vec::new();
     for actuator in 0..assembly.actuators {
         let hinges: Vec<(usize, &Joint, &Dof)> = assembly
@@ -290,16 +313,21 @@ fn beam(assembly: &Assembly, hinges: &[(usize, &Joint, &Dof)]) -> Result<Option<
     if !hinges.windows(2).all(|pair| pair[0].1.child == pair[1].1.parent) {
         return Err(unfit("the joints of an actuator are no row; rods are rows of segments"));
     }
-    let is_segment = element(joint.parent).shape == element(joint.child).shape;
+    let reach = |segment: usize| {
+        let pose = &element(segment).pose;
+        element(segment).shape.extent(&(pose.rotation.inverse() * way.into_inner()))
+    };
+    // The first hinge turns the second segment against the first, or the first one against what the row hangs on.
+    let section = |segment: usize| Section::new(element(segment), &way, &first.axis);
+    let is_segment = section(joint.parent) == section(joint.child)
+        && reach(joint.parent) <= (1.0 + ASKEW) * reach(joint.child)
+        && (centre(joint.parent) + way.into_inner() * reach(joint.parent) - first.anchor.coords).norm()
+            < ASKEW;
     let segments: Vec<usize> = is_segment
         .then_some(joint.parent)
         .into_iter()
         .chain(hinges.iter().map(|(_, joint, _)| joint.child))
         .collect();
-    let reach = |segment: usize| {
-        let pose = &element(segment).pose;
-        element(segment).shape.extent(&(pose.rotation.inverse() * way.into_inner()))
-    };
     let (base, tip) = (segments[0], segments[segments.len() - 1]);
     let ends = [
         Point3::from(centre(base) - way.into_inner() * reach(base)),
@@ -324,13 +352,16 @@ fn beam(assembly: &Assembly, hinges: &[(usize, &Joint, &Dof)]) -> Result<Option<
     if first.stiffness <= 0.0 {
         return Err(unfit("a row has no stiffness; rods need some"));
     }
-    let like = element(segments[0]);
-    let Some(section) = Section::new(like, &way, &first.axis) else { return Ok(None) };
+    let Some(section) = section(segments[0]) else { return Ok(None) };
+    let along = |place: Vector3<f64>| (place - ends[0].coords).dot(&way);
+    let between = hinges.iter().skip(usize::from(!is_segment)).map(|(_, _, dof)| along(dof.anchor.coords));
+    let bounds = std::iter::once(0.0).chain(between).chain([length]).collect();
     Ok(Some(Beam {
         hinges: hinges.iter().map(|(number, _, _)| *number).collect(),
         segments,
         discs: Vec::new(),
         ends,
+        bounds,
         hinge: (*first).clone(),
         section,
     }))

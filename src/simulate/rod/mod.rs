@@ -37,7 +37,7 @@ use crate::design::assembly::{Assembly, Dof};
 /// Actuators as rods.
 #[derive(Clone, Copy, Debug)]
 pub struct Rod {
-    /// Into how many discs a segment is cut: an even number, so that one is in its middle.
+    /// Into how many pieces the share of each hinge is cut: an even number, so that a disc is in the middle of each whole segment.
     pub discs: usize,
     /// How many times as stiff as its material a beam is, but for the bend that is driven: to ask what hinges leave out.
     pub stiffer: f64,
@@ -72,6 +72,12 @@ impl Rod {
         let rods = Rods::new(&discs, (&whole, &lowered), self.stiffer, settings, world)?;
         Ok((rods, driven))
     }
+}
+
+/// Whether an actuator of a body bends: as a rod, or as one that this solver cannot simulate.
+#[must_use]
+pub fn bends(assembly: &Assembly) -> bool {
+    !matches!(discs::beams(assembly), Ok(beams) if beams.is_empty())
 }
 
 impl Model for Rod {

@@ -69,3 +69,25 @@ impl Section {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Section;
+
+    /// A bar of 2 by 2, and one of 8 by 2: second moments b h^3 / 12, and torsion constants of Saint-Venant (0.1406 a^4, and 0.281 b h^3).
+    #[test]
+    fn bars_have_the_values_of_the_tables() {
+        let near = |found: f64, due: f64| assert!((found / due - 1.0).abs() < 3e-3, "{found} {due}");
+        let square = Section::box_of(1.0, 1.0);
+        near(square.area, 4.0);
+        near(square.driven, 16.0 / 12.0);
+        near(square.torsion, 0.1406 * 16.0);
+        // It is driven about the long side: across that it is thin.
+        let strip = Section::box_of(4.0, 1.0);
+        near(strip.driven, 8.0 * 8.0 / 12.0);
+        near(strip.sideways, 2.0 * 512.0 / 12.0);
+        near(strip.torsion, 0.2808 * 8.0 * 8.0);
+        assert_eq!(Section::box_of(1.0, 4.0).driven, strip.sideways);
+        assert_eq!(Section::box_of(1.0, 4.0).torsion, strip.torsion);
+    }
+}

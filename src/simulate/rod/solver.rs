@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Matrix6x3, UnitQuaternion, Vector3, Vector6};
 
 use super::contacts::{self, Contact, Drive, Law, Spot};
-use super::discs::{Beam, Discs, Link as From};
+use super::discs::{Beam, Discs, Link as From, Part};
 use super::factor::{TreeFactor, TreeMatrix};
 use super::ground::{Near, Sole};
 use super::links::{Action, Link, Place};
@@ -68,8 +68,8 @@ pub(super) struct Rods {
     readings: Vec<Reading>,
     /// The links of each beam.
     beams: Vec<Vec<usize>>,
-    /// The pieces that each element consists of.
-    parts: Vec<Vec<usize>>,
+    /// The pieces that each element has a part of, and which share of them.
+    parts: Vec<Vec<(usize, f64)>>,
     /// What each segment consists of, after the body in its middle: bodies, places in their frames, shares.
     segments: Vec<(usize, Vec<Lump>)>,
 
@@ -138,15 +138,11 @@ impl Rods {
         let parents: Vec<usize> = lowered.bodies.iter().map(|body| body.parent).collect();
         let matrix = TreeMatrix::new(parents);
         let count = bodies.len();
-        let mut parts: Vec<Vec<usize>> = discs.of_element.iter().map(|piece| vec![*piece]).collect();
+        let mut parts: Vec<Vec<(usize, f64)>> =
+            discs.of_element.iter().map(|piece| vec![(*piece, 1.0)]).collect();
         for beam in &discs.beams {
-            let each = beam.links() as f64 / beam.segments.len() as f64;
-            for (number, &disc) in beam.discs.iter().enumerate() {
-                let segment = ((number as f64 / each) as usize).min(beam.segments.len() - 1);
-                let own = &mut parts[beam.segments[segment]];
-                if !own.contains(&disc) {
-                    own.push(disc);
-                }
+            for (number, segment) in beam.segments.iter().enumerate() {
+                parts[*segment] = beam.parts(number).iter().map(|part| (part.disc, part.of_disc)).collect();
             }
         }
         let mut own = Self {
@@ -226,9 +222,8 @@ impl Rods {
         self.matrix.clear();
         let mut right = Vec::with_capacity(self.bodies.len());
         for (number, body) in self.bodies.iter().enumerate() {
+            let inertia = self.inertia(number);
             let own = &mut self.matrix.own[number];
-            let turn = self.places[number].turn.to_rotation_matrix();
-            let inertia = turn.matrix() * body.inertia * turn.matrix().transpose();
             own.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * body.mass));
             own.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
             let momentum = &self.momenta[number];
@@ -397,7 +392,7 @@ impl Rods {
 
     fn check(&mut self) -> Result<(), Invalid> {
         let mut whirls = false;
-        for (place, body) in self.places.iter().zip(&self.bodies) {
+        for place in &self.places {
             let finite = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
             if !finite(&place.centre) || !finite(&place.velocity) || !finite(&place.spin) {
                 return Err(Invalid::NotFinite);
@@ -408,7 +403,7 @@ impl Rods {
             if self.is_grounded && place.centre.y <= 0.0 {
                 return Err(Invalid::Sunk);
             }
-            whirls |= place.spin.norm() > self.settings.turn_limit() && body.mass > 0.0;
+            whirls |= place.spin.norm() > self.settings.turn_limit();
         }
         self.whirled = if whirls { self.whirled + 1 } else { 0 };
         if self.whirled >= WHIRLS { Err(Invalid::TurnsTooFast) } else { Ok(()) }
@@ -458,9 +453,9 @@ impl Rods {
 
 /// What each segment consists of, in the order in which segments follow the bodies.
 fn segments(discs: &Discs, lowered: &Lowered) -> Vec<(usize, Vec<Lump>)> {
-    let lump = |(disc, off, share): (usize, Vector3<f64>, f64)| {
-        let piece = &lowered.pieces[disc];
-        (piece.body, piece.local.translation.vector + off, share)
+    let lump = |part: Part| {
+        let piece = &lowered.pieces[part.disc];
+        (piece.body, piece.local.translation.vector + part.off, part.of_segment)
     };
     let of_beam = |beam: &Beam| -> Vec<_> {
         let segments = 0..beam.segments.len();
@@ -493,7 +488,7 @@ fn links(discs: &Discs, whole: &Lowered, lowered: &Lowered, stiffer: f64) -> Vec
                 Link::elastic(pair, arms, (&beam.hinge, &way), &beam.section, (hinges, links, length))
                     .stiffened(stiffer)
             }
-            From::Joint { .. } => Link::joint(pair, arms, dof, mass),
+            From::Joint => Link::joint(pair, arms, dof, mass),
         };
         link.servo = match from {
             // The last segment hangs on a hinge of the row.
@@ -501,7 +496,7 @@ fn links(discs: &Discs, whole: &Lowered, lowered: &Lowered, stiffer: f64) -> Vec
                 let segments = &discs.beams[beam].segments;
                 servo_of(segments[segments.len() - 1])
             }
-            From::Joint { .. } => {
+            From::Joint => {
                 let child = discs.of_element.iter().position(|piece| *piece == element);
                 child.map_or(0, servo_of)
             }
@@ -614,10 +609,10 @@ impl Stepper for Rods {
     }
 
     fn load(&self, _: usize, element: usize) -> Option<f64> {
-        let of_piece = |piece: &usize| {
+        let of_piece = |(piece, share): &(usize, f64)| {
             let sole = &self.soles[*piece];
             let slots = sole.first()..sole.first() + sole.slots();
-            self.remembered[slots].iter().map(|impulse| impulse.x).sum::<f64>()
+            share * self.remembered[slots].iter().map(|impulse| impulse.x).sum::<f64>()
         };
         let impulses: f64 = self.parts.get(element)?.iter().map(of_piece).sum();
         Some(impulses / self.settings.step)

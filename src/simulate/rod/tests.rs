@@ -14,7 +14,8 @@ use crate::simulate::{Model, Motion, Settings, Targets, World};
 const RADIUS: f64 = 0.009;
 const LENGTH: f64 = 0.08;
 
-/// A heavy block high above the ground, which carries a row of segments along x, so heavy in kg, with hinges of a stiffness in N m/rad.
+/// A heavy block high above the ground, which carries a row of segments along x, so heavy in kg, with hinges of a stiffness in N m/rad. Each
+/// hinge is in the middle of its share of the length, as in designs: the segments at the ends are half as long as the others.
 fn arm(segments: usize, mass: f64, stiffness: f64, axis: Vector3<f64>) -> Assembly {
     let mut body = Builder::default();
     let half = Vector3::new(0.05, 0.5, 0.05);
@@ -22,17 +23,18 @@ fn arm(segments: usize, mass: f64, stiffness: f64, axis: Vector3<f64>) -> Assemb
     base.mass = 1e3;
     let base = body.add(base);
     body.0.actuators = 1;
-    let half = 0.5 * LENGTH / segments as f64;
-    let mut last = base;
+    let share = LENGTH / (segments - 1) as f64;
+    let (mut last, mut begin) = (base, 0.0);
     for segment in 0..segments {
-        let place = Vector3::x() * (2.0 * segment as f64 + 1.0) * half;
-        let shape = Shape::Cylinder { radius: RADIUS, half_length: half };
+        let end = (share * (segment as f64 + 0.5)).min(LENGTH);
+        let place = Vector3::x() * (0.5 * (begin + end));
+        let shape = Shape::Cylinder { radius: RADIUS, half_length: 0.5 * (end - begin) };
         let pose: Isometry3<f64> = Translation3::from(place).into();
         let mut own = element(shape, pose);
-        own.mass = mass / segments as f64;
+        own.mass = mass * (end - begin) / LENGTH;
         let child = body.add(own);
         let dof = Dof {
-            anchor: Point3::from(place - Vector3::x() * half),
+            anchor: Point3::new(begin, 0.0, 0.0),
             axis: UnitVector3::new_normalize(axis),
             control: servo(0, 1e3),
             share: 1.0 / (segments - 1) as f64,
@@ -44,9 +46,14 @@ fn arm(segments: usize, mass: f64, stiffness: f64, axis: Vector3<f64>) -> Assemb
         };
         let kind = if segment == 0 { JointKind::Rigid } else { JointKind::Dof(dof) };
         body.join(last, child, kind);
-        last = child;
+        (last, begin) = (child, end);
     }
     body.0
+}
+
+/// How far the middle of the last segment is from the beginning of the row, m.
+fn reach(segments: usize) -> f64 {
+    LENGTH - LENGTH / (segments - 1) as f64 / 4.0
 }
 
 fn run(discs: usize, body: &Assembly, settings: &Settings, drive: &Targets) -> Motion {
@@ -76,7 +83,7 @@ fn a_cantilever_sags_by_the_closed_form_in_every_plane() {
     let (rigid, q) = (flexural(segments, stiffness), mass * 9.81 / LENGTH);
     let section = Section::round(RADIUS);
     let shear = rigid / section.driven / (2.0 * (1.0 + POISSON)) * section.shear * section.area;
-    let x = LENGTH * (1.0 - 0.5 / segments as f64);
+    let x = reach(segments);
     let bending = q * x * x / (24.0 * rigid) * (x * x - 4.0 * LENGTH * x + 6.0 * LENGTH * LENGTH);
     let expected = bending + q * (LENGTH * x - x * x / 2.0) / shear;
     for axis in [Vector3::z(), Vector3::y()] {
@@ -102,8 +109,7 @@ fn a_bent_rod_is_an_arc() {
     for (discs, near) in [(2, 1e-3), (8, 1e-4)] {
         let motion = run(discs, &body, &settings, &drive);
         assert!((motion.bends.last().unwrap() - asked).abs() < 1e-3, "{:?}", motion.bends.last());
-        // The middle of the last segment is at 7/8 of the length.
-        let (at, radius) = (asked * 7.0 / 8.0, LENGTH / asked);
+        let (at, radius) = (asked * reach(4) / LENGTH, LENGTH / asked);
         let due = Vector3::new(radius * libm::sin(at), radius * (1.0 - libm::cos(at)), 0.0);
         let base = motion.pose(0, 2.0).unwrap() * Vector3::new(0.05, 0.0, 0.0);
         let found = end(&motion, &body).translation.vector
@@ -239,7 +245,10 @@ fn friction_holds_up_to_its_angle() {
 #[test]
 fn stiff_rods_are_rows_of_hinges() {
     let settings = Settings { step: 1.0 / 1920.0, record: 0.05, ..during(2.0) };
-    let body = arm(4, 0.05, 0.1, Vector3::z());
+    let mut body = Builder(arm(4, 0.05, 0.1, Vector3::z()));
+    let ball = body.add(element(Shape::Ball { radius: 0.008 }, Translation3::new(LENGTH, 0.0, 0.0).into()));
+    body.join(ball - 1, ball, JointKind::Rigid);
+    let body = body.0;
     let swing = |i: i32| 1.5 * libm::sin(f64::from(i) * 0.3);
     let drive = Targets { interval: 0.1, actuators: 1, angles: (0..=20).map(swing).collect() };
     let motion = |model: &dyn Model, body: &Assembly| {
@@ -248,10 +257,8 @@ fn stiff_rods_are_rows_of_hinges() {
     };
     let own = motion(&Rod { discs: 2, stiffer: 1e3 }, &body);
     let soft = motion(&Rod { discs: 2, stiffer: 1.0 }, &body);
-    // The same slices with a hinge between two of them.
-    let (beams, hinges) = super::discs::Discs::new(&body, 2).unwrap().into_hinges();
-    let theirs = motion(&Articulated, &hinges);
-    let last = beams[0][beams[0].len() - 2];
+    // The same slices with a hinge between two of them; the ball comes before them.
+    let theirs = motion(&Articulated, &super::discs::Discs::new(&body, 2).unwrap().into_hinges());
     let tip = |motion: &Motion, element: usize, t: f64| {
         let place = |element| motion.pose(element, t).unwrap().translation.vector;
         place(element) - place(0)
@@ -259,9 +266,9 @@ fn stiff_rods_are_rows_of_hinges() {
     let (mut off, mut soft_off, mut way) = (0.0_f64, 0.0_f64, 0.0_f64);
     for moment in 0..=40 {
         let t = f64::from(moment) * 0.05;
-        off = off.max((tip(&own, 4, t) - tip(&theirs, last, t)).norm());
-        soft_off = soft_off.max((tip(&soft, 4, t) - tip(&theirs, last, t)).norm());
-        way = way.max((tip(&own, 4, t) - tip(&own, 4, 0.0)).norm());
+        off = off.max((tip(&own, ball, t) - tip(&theirs, 1, t)).norm());
+        soft_off = soft_off.max((tip(&soft, ball, t) - tip(&theirs, 1, t)).norm());
+        way = way.max((tip(&own, ball, t) - tip(&own, ball, 0.0)).norm());
     }
     assert!(way > 0.04 && off < 3e-4, "{off} of {way} m");
     // The test can tell: what gives way in every direction is elsewhere.

@@ -91,9 +91,14 @@ impl Declarations<'_> {
         let first_state = 1 + variables.len();
         let remembered = first_state..cx.locals.len();
         let mut values = Values::new(remembered);
+        let mut outside = Context::new(cx.stage, cx.damaged);
+        outside.locals = cx.locals.iter().map(Local::hidden).collect();
         for (name, value) in everyones.values() {
-            let value = self.value_of_everyone(value, &cx);
-            cx.locals.push(Local { name: String::new(), ty: value.ty.clone(), span: name.span });
+            let value = self.value_of_everyone(value, &mut outside);
+            // It is known by its declaration: its name may mean something else here.
+            let local = Local { name: String::new(), ty: value.ty.clone(), span: name.span };
+            outside.locals.push(local.clone());
+            cx.locals.push(local);
             values.add(name, value);
         }
         let shared_lets = values.lets.len();

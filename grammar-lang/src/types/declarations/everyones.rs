@@ -7,7 +7,7 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Expr, Ty};
 use crate::names::Declaration;
 use crate::syntax::ast::{self, ActuationClause, ItemKind, Name};
-use crate::types::expressions::context::{Context, Local};
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 
 /// What an actuation reads that is declared outside of all of them. A variable stands before the values that read it.
@@ -113,11 +113,9 @@ impl<'a> Declarations<'a> {
     }
 
     /// A value that is declared outside of the actuation that reads it: it knows no name of this actuation.
-    pub(super) fn value_of_everyone(&mut self, value: &ast::Expr, cx: &Context) -> Expr {
-        let mut outside = Context::new(cx.stage, cx.damaged);
-        outside.locals = cx.locals.iter().map(Local::hidden).collect();
-        let read = self.expressions.read.clone();
-        let value = self.expressions.infer(value, &mut outside);
+    pub(super) fn value_of_everyone(&mut self, value: &ast::Expr, outside: &mut Context) -> Expr {
+        let read = std::mem::take(&mut self.expressions.read);
+        let value = self.expressions.infer(value, outside);
         // What it reads is asked for when it is read itself.
         self.expressions.read = read;
         value
