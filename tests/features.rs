@@ -293,6 +293,29 @@ fn removing_takes_what_hangs_on_the_part_and_its_images() {
 }
 
 #[test]
+fn what_is_made_of_several_kinds_of_actuators_is_an_actuator() {
+    let rules = rules(
+        "use std.actuators { twister }
+        actuate twister with bezier_pac
+        rule limb {
+          match  q : port of core
+          choose kind in { bender, twister }
+          choose n    in { 2, 3 }
+          attach match n { 2 -> bender(segments = 4), else -> twister(segments = 3) } to q as first
+          attach kind to first.tip as second
+          attach if n == 2 then kind(segments = 2) else bender(segments = 2) to second.tip as third
+        }
+        example x {
+          step a = limb(q = core.front, n = 2, kind = twister)
+          expect a.greatest_bend > 0 deg and a.first.greatest_bend > 0 deg
+          expect a.second.greatest_bend > 0 deg and a.third.greatest_bend > 0 deg
+        }
+        begin { place core : cube }",
+    );
+    example(&rules).unwrap();
+}
+
+#[test]
 fn matches_bind_different_things_and_chains_follow_joints() {
     let rules = rules(&format!(
         "{GROW}

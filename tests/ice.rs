@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use sgc::derive::Derivation;
 use sgc::design::assembly::Assembly;
 use sgc::search::{Best, Jobs, Limits, Observer, Row, Unkept};
-use sgc::simulate::{Case, Invalid, Model, Motion, Settings, Simulation, Stop, Unfit, Watch, model};
+use sgc::simulate::{Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Unfit, Watch, model};
 
 use crate::support::{compile_texts, is_long, texts};
 
@@ -19,6 +19,10 @@ static FURTHEST: Mutex<f64> = Mutex::new(0.0);
 struct Witness;
 
 impl Model for Witness {
+    fn name(&self) -> SolverName {
+        SolverName::Articulated
+    }
+
     fn prepare(&self, body: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         let coarse = Settings { step: 1.0 / 240.0, iterations: 10, tolerance: 2e-3, ..settings.clone() };
         let inner = model("articulated").unwrap().prepare(body, &coarse)?;

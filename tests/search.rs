@@ -1,12 +1,15 @@
 //! The nested search: repeatable, whatever the number of threads.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use grammar_lang::ir::RuleSet;
-use sgc::derive::{Derivation, Steps};
+use sgc::derive::{Candidate, Derivation, Steps};
+use sgc::drive::Drive;
+use sgc::score::{self, Recording};
 use sgc::search::{Best, End, Jobs, Limits, Observer, Outcome, Row, State, Unkept, go_on, run};
-use sgc::simulate;
+use sgc::simulate::{self, Stop, World};
 
 use crate::support::{compile_texts, texts};
 
@@ -134,6 +137,7 @@ fn minimising_the_negative_is_maximising() {
     assert!(best.tasks[0].half_step.is_some_and(|half| sgc::search::keeps(
         &rules,
         &rules.tasks[0],
+        rules.search.keep,
         best.value,
         half
     )));
@@ -657,6 +661,47 @@ fn a_population_shrinks_as_evaluations_are_spent() {
     assert!(bodies.len() > 1, "{bodies:?}");
 }
 
+/// A search that asks for it finds no best that only hinges can do, and counts what it refuses, on any number of threads.
+#[test]
+fn a_best_keeps_its_value_with_rods_where_the_search_asks_for_that() {
+    let with = |keep: &str| {
+        let mut texts = texts();
+        let text = texts["grammars/codesign.sgr"].replace("for 20 s in workshop", "for 2 s");
+        let text = text.replace("min over w in workshop of travel - fall", "travel - fall");
+        texts.insert("grammars/codesign.sgr".into(), text);
+        let search = "search recommended {\n  keep   = 80 %\n";
+        assert!(texts["std.search"].contains(search));
+        let text = texts["std.search"].replace(search, &format!("{search}{keep}"));
+        texts.insert("std.search".into(), text);
+        compile_texts(&texts, "grammars/codesign.sgr").unwrap()
+    };
+    let with_rods = |rules: &RuleSet, best: &Best| {
+        let candidate = Candidate::new(rules, Arc::clone(&best.derivation));
+        let task = rules.first_task().unwrap();
+        let drive = Drive::new(&candidate, task).unwrap();
+        let model = simulate::SolverName::Rod.model();
+        let settings = sgc::search::settings(&task.model);
+        let mut simulation = model.prepare(&candidate.body.assembly, &settings).unwrap();
+        let parameters = &best.tasks[0].parameters;
+        let law = drive.control_law(parameters).unwrap();
+        let motion = simulation.run_cases(Stop::NEVER, &[law.case(&World::NOMINAL)]).unwrap().remove(0).unwrap();
+        score::objective(Recording::nominal(&drive, parameters, &motion)).unwrap()
+    };
+    let share = |rules: &RuleSet, best: &Best| with_rods(rules, best) / best.value;
+    let asked = with("  keep_with_rods = 95 %\n");
+    let (one, log_one) = search(&asked, 3, 1, 400);
+    let (three, log_three) = search(&asked, 3, 3, 400);
+    assert_eq!(log_one, log_three);
+    assert!(one.tally.with_rods > 0 && one.tally == three.tally);
+    assert!(share(&asked, one.best.as_ref().unwrap()) >= 0.95);
+
+    let free = with("");
+    let (outcome, _) = search(&free, 3, 2, 400);
+    assert_eq!(outcome.tally.with_rods, 0);
+    let lost = share(&free, outcome.best.as_ref().unwrap());
+    assert!(lost < 0.95, "without the check, another seed is needed here: {lost}");
+}
+
 /// A constant in the objective hides no loss: what a value must keep is a share of what it is beyond the constant.
 #[test]
 fn a_constant_in_the_objective_hides_no_loss() {
@@ -677,8 +722,9 @@ fn a_constant_in_the_objective_hides_no_loss() {
         let task = rules.first_task().unwrap();
         assert!((task.objective.offset(&rules) - offset).abs() < 1e-9, "{objective}");
         let sign = task.objective.direction.fitness(1.0);
+        let other = |share: f64| offset + sign * 20.0 * share;
         let keeps =
-            |share: f64| sgc::search::keeps(&rules, task, offset + sign * 20.0, offset + sign * 20.0 * share);
+            |share: f64| sgc::search::keeps(&rules, task, rules.search.keep, other(1.0), other(share));
         assert!(keeps(0.9) && keeps(1.5) && !keeps(0.5), "{objective}");
     }
 }

@@ -248,6 +248,10 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
         return Verdict::Silent;
     }
     let Some((task, other)) = rules.tasks.get(&saved.name).zip(check.value) else { return Verdict::Refuted };
+    let share = match rules.search.keep_with_rods {
+        Some(share) if check.name == RODS => share,
+        _ => rules.search.keep,
+    };
     match check.measured {
         Measured::Drift if other <= STAYS => Verdict::Confirmed,
         Measured::Drift => Verdict::Refuted,
@@ -255,8 +259,8 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
         Measured::Work => Verdict::OtherWork,
         // What does not move differs by rounding only.
         Measured::Value if (other - saved.in_nominal()).abs() < NOTHING => Verdict::Confirmed,
-        Measured::Value if !keeps(rules, task, saved.in_nominal(), other) => Verdict::Worse,
-        Measured::Value if !keeps(rules, task, other, saved.in_nominal()) => Verdict::Better,
+        Measured::Value if !keeps(rules, task, share, saved.in_nominal(), other) => Verdict::Worse,
+        Measured::Value if !keeps(rules, task, share, other, saved.in_nominal()) => Verdict::Better,
         Measured::Value => Verdict::Confirmed,
         Measured::Unable | Measured::Sunk => Verdict::Silent,
     }

@@ -7,6 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use sha2::{Digest, Sha256};
 
 use super::evaluated::Evaluated;
+use super::fidelity::Fidelity;
 use super::tally::Missing;
 use crate::derive::Derivation;
 use crate::simulate::Invalid;
@@ -28,11 +29,16 @@ pub(super) type Key = [u8; 16];
 
 /// The name of a body for a task, at a precision. Two derivations with the same steps make the same
 /// body to the bit; whether two others do is not asked.
-pub(super) fn subject(derivation: &Derivation, task: &str, is_fine: bool) -> Subject {
+pub(super) fn subject(derivation: &Derivation, task: &str, fidelity: Fidelity) -> Subject {
     let steps = serde_json::to_vec(&derivation.kept().steps).unwrap_or_default();
     let mut hasher = Sha256::new();
     hasher.update(&steps);
-    hasher.update([0, u8::from(is_fine)]);
+    let fidelity = match fidelity {
+        Fidelity::Model => 0,
+        Fidelity::HalfStep => 1,
+        Fidelity::Rods => 2,
+    };
+    hasher.update([0, fidelity]);
     hasher.update(task);
     short(hasher)
 }

@@ -17,6 +17,7 @@ mod crew;
 mod curves;
 mod evaluated;
 mod evaluator;
+mod fidelity;
 mod gains;
 mod schedule;
 mod state;
@@ -202,13 +203,13 @@ pub(crate) fn accepts(current: f64, candidate: f64, temperature: f64, drawn: f64
     candidate >= current || (temperature > 0.0 && drawn < libm::exp((candidate - current) / temperature))
 }
 
-/// Whether another value of a task confirms a value, by the share that the search asks for.
+/// Whether another value of a task keeps this share of a value.
 #[must_use]
-pub fn keeps(rules: &RuleSet, task: &Task, value: f64, other: f64) -> bool {
+pub fn keeps(rules: &RuleSet, task: &Task, share: f64, value: f64, other: f64) -> bool {
     let direction = task.objective.direction;
     // A constant that is added to all values is no part of what a motion is worth.
     let worth = (value - task.objective.offset(rules)).abs();
-    direction.fitness(other) >= direction.fitness(value) - (1.0 - rules.search.keep) * worth
+    direction.fitness(other) >= direction.fitness(value) - (1.0 - share) * worth
 }
 
 #[cfg(test)]

@@ -19,6 +19,9 @@ const ELSEWHERE: &str = "without a value in another world";
 /// What the end of a learner is called whose rewards or steps are too large.
 const DIVERGED: &str = "of a learner that diverged (make `learning_rate` or its rewards smaller)";
 
+/// What an evaluation is called whose value hinges gave it.
+const WITH_RODS: &str = "that lose their value with soft rods in place of hinges";
+
 /// Why an evaluation has no value.
 #[derive(Clone, Debug)]
 pub(crate) enum Missing {
@@ -30,6 +33,8 @@ pub(crate) enum Missing {
     Expression(EvalError),
     /// The solver cannot simulate the body, for this reason.
     Unfit(String),
+    /// It loses its value where rows that bend are simulated as elastic rods.
+    WithRods,
     /// What a learner learned is no numbers any more.
     Diverged,
 }
@@ -53,6 +58,9 @@ pub struct Tally {
     pub unfit: Option<(u64, String)>,
     /// Candidates that lost their value at half the step.
     pub unstable: u64,
+    /// Candidates that lost their value with rods in place of hinges.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub with_rods: u64,
     /// Evaluations that could not come to a value that would be accepted, as was known before their end.
     #[serde(default)]
     pub hopeless: u64,
@@ -69,6 +77,7 @@ impl Tally {
             Missing::Elsewhere(world) => *self.elsewhere.entry(world).or_default() += 1,
             Missing::Expression(error) => *self.no_value.entry(error).or_default() += 1,
             Missing::Unfit(reason) => self.count_unfit(1, &reason),
+            Missing::WithRods => self.with_rods += 1,
             Missing::Diverged => self.diverged += 1,
         }
     }
@@ -87,6 +96,7 @@ impl Tally {
             self.count_unfit(*more, reason);
         }
         self.unstable += other.unstable;
+        self.with_rods += other.with_rods;
         self.hopeless += other.hopeless;
         self.diverged += other.diverged;
     }
@@ -103,11 +113,13 @@ impl Tally {
         let elsewhere = Some(self.elsewhere.values().sum()).filter(|n| *n > 0);
         let motions = self.invalid.iter().map(|(reason, n)| (reason.describe(), *n));
         let unfit = self.unfit.as_ref().map(|(n, _)| (UNFIT, *n));
+        let with_rods = Some(self.with_rods).filter(|n| *n > 0);
         let diverged = Some(self.diverged).filter(|n| *n > 0);
         motions
             .chain(elsewhere.map(|n| (ELSEWHERE, n)))
             .chain(expressions.map(|n| (NO_VALUE, n)))
             .chain(unfit)
+            .chain(with_rods.map(|n| (WITH_RODS, n)))
             .chain(diverged.map(|n| (DIVERGED, n)))
     }
 

@@ -206,6 +206,9 @@ pub fn model(name: &str) -> Option<&'static dyn Model> {
 
 /// A simulation method.
 pub trait Model: Sync {
+    /// Which method it is.
+    fn name(&self) -> SolverName;
+
     /// Lowers an assembly to the solver's own bodies, resting on the ground.
     ///
     /// # Errors

@@ -13,6 +13,9 @@ pub struct Search {
     pub name: String,
     /// What a new best must keep of its value when simulated more finely.
     pub keep: f64,
+    /// What it must keep when rows that bend are simulated as elastic rods; not simulated so if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub keep_with_rods: Option<f64>,
     /// The worlds that the best of a run is tried in at its end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub checks: Option<Within>,
@@ -500,6 +503,9 @@ impl Writer<'_> {
         let from = from.map_or(String::new(), |from| format!(" from {from}"));
         self.line(0, format!("search {}{from} {{", search.name));
         self.line(1, format!("keep = {}", search.keep));
+        if let Some(keep) = search.keep_with_rods {
+            self.line(1, format!("keep_with_rods = {keep}"));
+        }
         if let Some(checks) = &search.checks {
             self.line(1, format!("checks = {}", checks.name));
         }

@@ -21,6 +21,7 @@ use super::super::cache::{self, Subject};
 use super::super::crew::{Crew, Jobs};
 use super::super::curves::Progress;
 use super::super::evaluator::Engine;
+use super::super::fidelity::Fidelity;
 use super::super::state::{Body, Trial, Tune, Tuned, Worth};
 use crate::derive::{Candidate, Derivation};
 use crate::drive::Parameters;
@@ -56,7 +57,7 @@ impl Order {
             bits.extend(further.times.to_le_bytes());
         }
         bits.extend(aim.iter().flat_map(Aim::bits));
-        let of = cache::subject(derivation, "", false);
+        let of = cache::subject(derivation, "", Fidelity::Model);
         let key = if bits.is_empty() { of } else { cache::named(&of, &bits) };
         Self {
             key: (number, key),

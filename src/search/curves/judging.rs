@@ -8,6 +8,7 @@ use grammar_lang::ir::{Direction, Judge};
 use super::super::body::Known;
 use super::super::evaluated::Evaluated;
 use super::super::evaluator::WorstCase;
+use super::super::fidelity::Fidelity;
 use super::super::state::{Offered, Tune, Tuning};
 use super::super::tally::Missing;
 use super::super::{Failure, keeps};
@@ -240,7 +241,8 @@ impl Tuner<'_> {
     ) -> Result<(Evaluated, Option<u64>), Counted> {
         let stop = self.bounds.stop;
         if !self.races() {
-            let evaluated = self.evaluator.in_worlds(stop, candidate, false).ok_or(Counted::Stopped)?;
+            let evaluated =
+                self.evaluator.in_worlds(stop, candidate, Fidelity::Model).ok_or(Counted::Stopped)?;
             *spent += self.evaluator.worlds().unwrap_or(0);
             return Ok((evaluated, None));
         }
@@ -312,13 +314,10 @@ impl Tuner<'_> {
             && self.can_lose(fitness)
             && !self.is_covered(Nominal { value, each: &evaluated.each })
         {
-            let Some(half) = self.evaluator.in_worlds(self.bounds.stop, candidate, true) else {
-                return Ok(Counted::Stopped);
-            };
-            *spent += self.evaluator.worlds().unwrap_or(0);
-            if !self.confirms(Nominal { value, each: &evaluated.each }, &half) {
-                tuning.tally.unstable += 1;
-                return Ok(Counted::Unsound);
+            if let Err(counted) =
+                self.kept_in_worlds(tuning, candidate, Nominal { value, each: &evaluated.each }, spent)
+            {
+                return Ok(counted);
             }
         }
         tuning.found = Some(Tune {
@@ -333,7 +332,8 @@ impl Tuner<'_> {
         Ok(Counted::Sound(fitness))
     }
 
-    /// What a value of the nominal world is at half the step, if it is kept there as far as the search asks.
+    /// What a value of the nominal world is at half the step, if it is kept there as far as the search asks, and with rods
+    /// where it asks for that.
     ///
     /// # Errors
     ///
@@ -345,25 +345,77 @@ impl Tuner<'_> {
         nominal: Nominal<'_>,
         spent: &mut u64,
     ) -> Result<f64, Counted> {
-        let half = self.evaluator.at_half_step(self.bounds.stop, candidate).ok_or(Counted::Stopped)?;
+        let stop = self.bounds.stop;
+        let half = self.evaluator.closely(stop, candidate, Fidelity::HalfStep).ok_or(Counted::Stopped)?;
         *spent += 1;
-        match &half.value {
-            Ok(value) if self.confirms(nominal, &half) => {
-                Ok(Nominal { value: *value, each: &half.each }.own())
-            }
-            Ok(_) | Err(_) => {
-                tuning.tally.unstable += 1;
-                Err(Counted::Unsound)
-            }
+        let Some(value) =
+            half.value.as_ref().ok().filter(|_| self.confirms(nominal, &half, Fidelity::HalfStep))
+        else {
+            tuning.tally.unstable += 1;
+            return Err(Counted::Unsound);
+        };
+        if self.evaluator.has_rods() {
+            let rods = self.evaluator.closely(stop, candidate, Fidelity::Rods).ok_or(Counted::Stopped)?;
+            *spent += 1;
+            self.kept_with_rods(tuning, nominal, &rods)?;
         }
+        Ok(Nominal { value: *value, each: &half.each }.own())
     }
 
-    /// Whether a finer simulation confirms a value; where a front is searched for, that of every objective.
-    fn confirms(&self, found: Nominal<'_>, finer: &Evaluated) -> bool {
+    /// Whether a value over all worlds is kept at half the step, and with rods where the search asks for that.
+    fn kept_in_worlds(
+        &mut self,
+        tuning: &mut Tuning,
+        candidate: &Parameters,
+        found: Nominal<'_>,
+        spent: &mut u64,
+    ) -> Result<(), Counted> {
+        let (stop, worlds) = (self.bounds.stop, self.evaluator.worlds().unwrap_or(0));
+        let half = self.evaluator.in_worlds(stop, candidate, Fidelity::HalfStep).ok_or(Counted::Stopped)?;
+        *spent += worlds;
+        if !self.confirms(found, &half, Fidelity::HalfStep) {
+            tuning.tally.unstable += 1;
+            return Err(Counted::Unsound);
+        }
+        if self.evaluator.has_rods() {
+            let rods = self.evaluator.in_worlds(stop, candidate, Fidelity::Rods).ok_or(Counted::Stopped)?;
+            *spent += worlds;
+            self.kept_with_rods(tuning, found, &rods)?;
+        }
+        Ok(())
+    }
+
+    /// Whether rods confirm a value.
+    fn kept_with_rods(
+        &self,
+        tuning: &mut Tuning,
+        found: Nominal<'_>,
+        rods: &Evaluated,
+    ) -> Result<(), Counted> {
+        if self.confirms(found, rods, Fidelity::Rods) {
+            return Ok(());
+        }
+        let why = match &rods.value {
+            Err(unfit @ Missing::Unfit(_)) => unfit.clone(),
+            _ => Missing::WithRods,
+        };
+        tuning.tally.count(why);
+        Err(Counted::Unsound)
+    }
+
+    /// Whether a closer look confirms a value; where a front is searched for, that of every objective.
+    fn confirms(&self, found: Nominal<'_>, closer: &Evaluated, fidelity: Fidelity) -> bool {
         let rules = self.candidate().rules;
+        let share = match (fidelity, rules.search.keep_with_rods) {
+            (Fidelity::Rods, Some(share)) => share,
+            _ => rules.search.keep,
+        };
         match &self.evaluator.aim {
-            Some(aim) => aim.keeps(rules.search.keep, found.each, &finer.each),
-            None => finer.value.as_ref().is_ok_and(|finer| keeps(rules, self.task(), found.value, *finer)),
+            Some(aim) => aim.keeps(share, found.each, &closer.each),
+            None => {
+                let keeps = |closer: &f64| keeps(rules, self.task(), share, found.value, *closer);
+                closer.value.as_ref().is_ok_and(keeps)
+            }
         }
     }
 
@@ -392,7 +444,7 @@ impl Tuner<'_> {
             }
         }
         if likely.len() > 1 {
-            self.evaluator.prepare_half_steps(self.bounds.stop, &likely);
+            self.evaluator.prepare_closely(self.bounds.stop, &likely, Fidelity::HalfStep);
         }
     }
 

@@ -1,8 +1,10 @@
 //! Evaluates parameters of one body: drive, simulation, score.
 
+mod closely;
 mod worlds;
 
 use super::evaluated::{Evaluated, Valued};
+use super::fidelity::{Each, Fidelity};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
@@ -22,6 +24,7 @@ use crate::score::{self, Observed, Recording};
 use crate::simulate::{
     self, Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Unfit, Watch, World,
 };
+use closely::WithRods;
 use worlds::Worlds;
 pub(super) use worlds::WorstCase;
 
@@ -39,8 +42,8 @@ pub(super) struct Engine<'r> {
 /// Evaluates parameters of one body for one task, several at a time.
 pub(super) struct Evaluator<'r> {
     engine: Engine<'r>,
-    /// Names evaluations of this body, and of it at half the step.
-    subjects: (Subject, Subject),
+    /// Names evaluations of this body.
+    subjects: Each<Subject>,
     /// The actuation of the body.
     pub(super) drive: Drive<'r>,
     settings: Settings,
@@ -48,6 +51,8 @@ pub(super) struct Evaluator<'r> {
     workers: Vec<Box<dyn Simulation>>,
     /// The simulation at half the step.
     fine: Box<dyn Simulation>,
+    /// Those with rods in place of rows that bend, where a best must keep its value with them.
+    rods: Option<WithRods>,
     /// The worlds that its value depends on.
     worlds: Option<Worlds>,
     /// Whether anything is observed of this task.
@@ -113,12 +118,25 @@ impl<'r> Evaluator<'r> {
         let settings = settings(&task.model);
         let workers = vec![engine.model.prepare(&body.assembly, &settings)?];
         let fine = engine.model.prepare(&body.assembly, &settings.finer())?;
-        let subject = |is_fine| of_aim(cache::subject(derivation, &task.name, is_fine), aim.as_ref());
-        let subjects = (subject(false), subject(true));
+        let rods = closely::with_rods(candidate, engine, &settings);
+        let subjects =
+            Each::of(|fidelity| of_aim(cache::subject(derivation, &task.name, fidelity), aim.as_ref()));
         let observes = !rules.observed.is_empty() && rules.is_first(task);
         let observed_above = f64::NEG_INFINITY;
         let worlds = Worlds::of(candidate, task, aim.as_ref());
-        Ok(Self { engine, subjects, drive, settings, workers, fine, worlds, observes, observed_above, aim })
+        Ok(Self {
+            engine,
+            subjects,
+            drive,
+            settings,
+            workers,
+            fine,
+            rods,
+            worlds,
+            observes,
+            observed_above,
+            aim,
+        })
     }
 
     /// How many evaluations can go on at once now: threads, and lanes of each.
@@ -146,7 +164,8 @@ impl<'r> Evaluator<'r> {
         stop: Stop<'_>,
         batch: &[(Parameters, f64)],
     ) -> Option<Vec<Evaluated>> {
-        let keys: Vec<Key> = batch.iter().map(|(one, _)| Cache::key(&self.subjects.0, one)).collect();
+        let keys: Vec<Key> =
+            batch.iter().map(|(one, _)| Cache::key(self.subjects.get(Fidelity::Model), one)).collect();
         // One that was no best of an earlier body may be one of this.
         let is_enough = |known: &Evaluated| known.observed.is_some() || !self.is_observed(&known.value);
         let mut values: Vec<Option<Evaluated>> = keys
@@ -178,7 +197,7 @@ impl<'r> Evaluator<'r> {
 
     /// The value of parameters that were evaluated before.
     pub(super) fn known(&self, parameters: &Parameters) -> Option<Valued> {
-        let key = Cache::key(&self.subjects.0, parameters);
+        let key = Cache::key(self.subjects.get(Fidelity::Model), parameters);
         self.engine.cache.get(&key, f64::NEG_INFINITY).map(|known| known.value)
     }
 
@@ -217,51 +236,10 @@ impl<'r> Evaluator<'r> {
     }
 
     fn simulate(&mut self, stop: Stop<'_>, batch: &[(Parameters, f64)]) -> Option<Vec<Evaluated>> {
-        let threads = self.hire(batch.len());
+        self.hire(batch.len());
         let Self { engine, drive, aim, workers, observes, observed_above, .. } = self;
-        let crew = engine.crew;
         let one = Judging { drive, aim: aim.as_ref(), observed_above: observes.then_some(*observed_above) };
-        let share = batch.len().div_ceil(threads).max(1);
-        if let ([worker, ..], true) = (workers.as_mut_slice(), batch.len() <= share) {
-            return one.values(stop, worker.as_mut(), batch);
-        }
-        let parts: Option<Vec<_>> = crew.run(|| {
-            workers
-                .par_iter_mut()
-                .zip(batch.par_chunks(share))
-                .map(|(worker, part)| one.values(stop, worker.as_mut(), part))
-                .collect()
-        });
-        Some(parts?.into_iter().flatten().collect())
-    }
-
-    /// What comes of parameters at half the step; none if it was asked to stop before that was known.
-    pub(super) fn at_half_step(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Evaluated> {
-        let key = Cache::key(&self.subjects.1, parameters);
-        if let Some(known) = self.engine.cache.get(&key, f64::NEG_INFINITY) {
-            return Some(known);
-        }
-        let Self { drive, aim, fine, .. } = self;
-        let judging = Judging { drive, aim: aim.as_ref(), observed_above: None };
-        let one = (parameters.clone(), f64::NEG_INFINITY);
-        let value = judging.values(stop, fine.as_mut(), &[one])?.into_iter().next()?;
-        self.engine.cache.keep(key, &value);
-        Some(value)
-    }
-
-    /// Works out the values of several at half the step, side by side, so that they are known when they are asked for.
-    pub(super) fn prepare_half_steps(&mut self, stop: Stop<'_>, likely: &[Parameters]) {
-        let unknown = |one: &&Parameters| {
-            self.engine.cache.get(&Cache::key(&self.subjects.1, one), f64::NEG_INFINITY).is_none()
-        };
-        let batch: Vec<_> =
-            likely.iter().filter(unknown).map(|one| (one.clone(), f64::NEG_INFINITY)).collect();
-        let Self { drive, aim, fine, .. } = self;
-        let judging = Judging { drive, aim: aim.as_ref(), observed_above: None };
-        let values = judging.values(stop, fine.as_mut(), &batch);
-        for ((one, _), value) in batch.iter().zip(values.into_iter().flatten()) {
-            self.engine.cache.keep(Cache::key(&self.subjects.1, one), &value);
-        }
+        one.on_threads(stop, engine.crew, workers, batch)
     }
 
     /// Makes motions in which the policy is explored that has these weights, side by side; they are counted from the first on. What each
@@ -397,6 +375,25 @@ impl Judging<'_> {
             Evaluated { value, ceiling, observed, each }
         };
         Some(laws.iter().zip(batch).map(&mut value).collect())
+    }
+
+    /// The same, shared among simulations on as many threads as there are.
+    fn on_threads(
+        &self,
+        stop: Stop<'_>,
+        crew: &Crew,
+        simulations: &mut [Box<dyn Simulation>],
+        batch: &[(Parameters, f64)],
+    ) -> Option<Vec<Evaluated>> {
+        let share = closely::share(crew, simulations, batch.len());
+        if let ([one, ..], true) = (&mut *simulations, batch.len() <= share) {
+            return self.values(stop, one.as_mut(), batch);
+        }
+        let parts: Option<Vec<_>> = crew.run(|| {
+            let shares = simulations.par_iter_mut().zip(batch.par_chunks(share));
+            shares.map(|(one, part)| self.values(stop, one.as_mut(), part)).collect()
+        });
+        Some(parts?.into_iter().flatten().collect())
     }
 
     /// What the value of a motion under way can come to at most, where more is better.

@@ -1,11 +1,11 @@
 //! The value of curves over all worlds that the objective of a task runs over.
 
-use rayon::prelude::*;
-
 use super::super::aim::Aim;
 use super::super::cache::{self, Cache, Subject};
 use super::super::evaluated::{Evaluated, Valued};
+use super::super::fidelity::{Each, Fidelity};
 use super::super::tally::Missing;
+use super::closely::on_threads;
 use super::{Evaluator, valued};
 use crate::derive::Candidate;
 use crate::drive::{ControlLaw, Parameters};
@@ -18,8 +18,8 @@ use grammar_lang::ir::Task;
 pub(super) struct Worlds {
     /// All of them, the nominal one first.
     scenarios: Vec<Scenario>,
-    /// Names evaluations in them, and those at half the step.
-    subjects: (Subject, Subject),
+    /// Names evaluations in them.
+    subjects: Each<Subject>,
 }
 
 /// So many worlds are simulated before a worst case is looked at again, and then all that are left: side by side a
@@ -40,12 +40,12 @@ impl Worlds {
     pub(super) fn of(candidate: &Candidate<'_>, task: &Task, aim: Option<&Aim>) -> Option<Self> {
         let within = task.scenarios.as_ref().filter(|_| task.runs_over_worlds())?;
         let set = candidate.rules.scenarios.get(&within.name)?;
-        let subject = |is_fine| {
-            let nominal = cache::subject(&candidate.derivation, &task.name, is_fine);
+        let subjects = Each::of(|fidelity| {
+            let nominal = cache::subject(&candidate.derivation, &task.name, fidelity);
             super::of_aim(cache::named(&nominal, b"in all worlds"), aim)
-        };
+        });
         let scenarios = scenarios::worlds(&within.name, set);
-        Some(Self { scenarios, subjects: (subject(false), subject(true)) })
+        Some(Self { scenarios, subjects })
     }
 }
 
@@ -55,16 +55,16 @@ impl Evaluator<'_> {
         self.worlds.as_ref().map(|worlds| worlds.scenarios.len() as u64)
     }
 
-    /// The value of curves over all worlds, at the step of the model or at half of it. None if it was asked to stop before
+    /// The value of curves over all worlds, as closely as is asked for. None if it was asked to stop before
     /// all motions were simulated, or the task has no worlds.
     pub(in super::super) fn in_worlds(
         &mut self,
         stop: Stop<'_>,
         parameters: &Parameters,
-        is_fine: bool,
+        fidelity: Fidelity,
     ) -> Option<Evaluated> {
         let worlds = self.worlds.as_ref()?;
-        let subject = if is_fine { &worlds.subjects.1 } else { &worlds.subjects.0 };
+        let subject = worlds.subjects.get(fidelity);
         let key = Cache::key(subject, parameters);
         if let Some(known) = self.engine.cache.get(&key, f64::NEG_INFINITY) {
             return Some(known);
@@ -81,7 +81,7 @@ impl Evaluator<'_> {
         let evaluated = match laws {
             Err(error) => without(Missing::Expression(error)),
             Ok(driven) => {
-                let motions = self.everywhere(stop, &driven, is_fine)?;
+                let motions = self.everywhere(stop, &driven, fidelity)?;
                 self.valued(parameters, motions)
             }
         };
@@ -139,7 +139,7 @@ impl Evaluator<'_> {
     /// The value of curves in each of some worlds by itself. None if it was asked to stop before.
     fn each(&mut self, stop: Stop<'_>, parameters: &Parameters, which: &[usize]) -> Option<Vec<Valued>> {
         let worlds = self.worlds.as_ref()?;
-        let subject = worlds.subjects.0;
+        let subject = *worlds.subjects.get(Fidelity::Model);
         let scenarios: Vec<Scenario> =
             which.iter().filter_map(|world| worlds.scenarios.get(*world)).cloned().collect();
         let keys: Vec<_> = scenarios
@@ -161,7 +161,8 @@ impl Evaluator<'_> {
             Ok(driven) => driven,
             Err(error) => return Some(vec![Err(Missing::Expression(error)); which.len()]),
         };
-        let motions = if driven.is_empty() { Vec::new() } else { self.everywhere(stop, &driven, false)? };
+        let motions =
+            if driven.is_empty() { Vec::new() } else { self.everywhere(stop, &driven, Fidelity::Model)? };
         for (place, motion) in open.into_iter().zip(motions) {
             let scenario = &scenarios[place];
             let value = match motion {
@@ -181,7 +182,7 @@ impl Evaluator<'_> {
 
     /// The value of curves over all worlds, if they were judged in them before.
     pub(in super::super) fn known_in_worlds(&self, parameters: &Parameters) -> Option<Valued> {
-        let key = Cache::key(&self.worlds.as_ref()?.subjects.0, parameters);
+        let key = Cache::key(self.worlds.as_ref()?.subjects.get(Fidelity::Model), parameters);
         self.engine.cache.get(&key, f64::NEG_INFINITY).map(|known| known.value)
     }
 
@@ -190,23 +191,22 @@ impl Evaluator<'_> {
         &mut self,
         stop: Stop<'_>,
         driven: &[(ControlLaw<'_>, World)],
-        is_fine: bool,
+        fidelity: Fidelity,
     ) -> Option<Vec<Result<Motion, Invalid>>> {
         let cases: Vec<Case<'_>> = driven.iter().map(|(law, world)| law.case(world)).collect();
-        if is_fine {
-            return self.fine.run_cases(stop, &cases);
+        match fidelity {
+            Fidelity::Model => {
+                self.hire(cases.len());
+            }
+            Fidelity::HalfStep => return self.fine.run_cases(stop, &cases),
+            Fidelity::Rods => self.hire_rods(cases.len()),
         }
-        let threads = self.hire(cases.len());
-        let share = cases.len().div_ceil(threads);
-        let Self { engine, workers, .. } = self;
-        if let ([worker, ..], 1) = (workers.as_mut_slice(), threads) {
-            return worker.run_cases(stop, &cases);
+        let crew = self.engine.crew;
+        match (fidelity, &mut self.rods) {
+            (Fidelity::Rods, Some(Ok(rods))) => on_threads(stop, crew, rods, &cases),
+            (Fidelity::Rods, _) => Some(vec![Err(Invalid::Unfit); cases.len()]),
+            _ => on_threads(stop, crew, &mut self.workers, &cases),
         }
-        let parts: Option<Vec<_>> = engine.crew.run(|| {
-            let shares = workers.par_iter_mut().zip(cases.par_chunks(share));
-            shares.map(|(worker, part)| worker.run_cases(stop, part)).collect()
-        });
-        Some(parts?.into_iter().flatten().collect())
     }
 
     /// The value of motions in all worlds: none if one of them has none.

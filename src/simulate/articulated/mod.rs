@@ -47,7 +47,7 @@ use self::vector::V3;
 use super::lowering::Lowered;
 use super::run::Stepper;
 use super::widths::Widths;
-use super::{Invalid, Model, Settings, Simulation, Unfit};
+use super::{Invalid, Model, Settings, Simulation, SolverName, Unfit};
 use crate::design::assembly::Assembly;
 
 /// The fast solver of joints, in single precision.
@@ -55,6 +55,10 @@ use crate::design::assembly::Assembly;
 pub struct Articulated;
 
 impl Model for Articulated {
+    fn name(&self) -> SolverName {
+        SolverName::Articulated
+    }
+
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         let settings = settings.in_whole_steps();
         Ok(Box::new(Widths::new(widths::widths(Lowered::new(assembly, &settings)?, &settings))))

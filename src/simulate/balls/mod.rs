@@ -29,7 +29,7 @@ use fearless_simd::{Level, Simd};
 use self::solver::Solver;
 use super::lattice::Lattice;
 use super::run::{Row, Run};
-use super::{Model, Settings, Simulation, Unfit, widths};
+use super::{Model, Settings, Simulation, SolverName, Unfit, widths};
 use crate::design::assembly::Assembly;
 
 /// Balls and springs, in single precision.
@@ -37,6 +37,10 @@ use crate::design::assembly::Assembly;
 pub struct Balls;
 
 impl Model for Balls {
+    fn name(&self) -> SolverName {
+        SolverName::Balls
+    }
+
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         widths::alone(assembly, &settings.in_whole_steps(), |body, settings, world| {
             let lattice = Lattice::new(body, settings)?.sloping(world, settings);

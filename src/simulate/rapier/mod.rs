@@ -21,7 +21,7 @@ use self::springs::Springs;
 use super::lattice::Lattice;
 use super::lowering::Lowered;
 use super::run::Run;
-use super::{Model, Settings, Simulation, Unfit, widths};
+use super::{Model, Settings, Simulation, SolverName, Unfit, widths};
 use crate::design::assembly::Assembly;
 
 /// rapier3d with impulse joints.
@@ -37,6 +37,10 @@ impl Rapier {
 }
 
 impl Model for Rapier {
+    fn name(&self) -> SolverName {
+        SolverName::Rapier
+    }
+
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         let substep = self.substep;
         widths::alone(assembly, &settings.in_whole_steps(), move |body, settings, world| {

@@ -31,7 +31,7 @@ use self::solver::Rods;
 use super::lowering::Lowered;
 use super::motion::Placement;
 use super::run::{Driven, Run};
-use super::{Model, Settings, Simulation, Unfit, World, widths};
+use super::{Model, Settings, Simulation, SolverName, Unfit, World, widths};
 use crate::design::assembly::{Assembly, Dof};
 
 /// Actuators as rods.
@@ -81,6 +81,10 @@ pub fn bends(assembly: &Assembly) -> bool {
 }
 
 impl Model for Rod {
+    fn name(&self) -> SolverName {
+        SolverName::Rod
+    }
+
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         let rod = *self;
         widths::alone(assembly, &settings.in_whole_steps(), move |body, settings, world| {

@@ -130,13 +130,9 @@ impl Declarations<'_> {
             return Vec::new();
         };
         let mut named: Vec<(Vec<usize>, Name, Ty)> = Vec::new();
-        for (number, (what, product, is_repeated)) in makers(clauses, false).into_iter().enumerate() {
+        for (number, (product, is_repeated)) in makers(clauses, false).into_iter().enumerate() {
             let Some(product) = product else { continue };
-            let kind = match &what.kind {
-                ast::ExprKind::Call(callee, _) => callee,
-                _ => what,
-            };
-            let active = matches!(&kind.kind, ast::ExprKind::Name(name) if self.expressions.is_actuator(name, kind.span));
+            let active = self.expressions.actuators_made.contains(&product.span);
             let one = if active { Ty::Actuator } else { Ty::Part };
             let ty = if is_repeated { Ty::List(Box::new(one)) } else { one };
             // Of blocks that exclude each other, each may give the name.
@@ -301,23 +297,21 @@ impl Declarations<'_> {
             Effect::Replace { with, .. } => Some(with),
             _ => None,
         });
-        let mut what = what;
-        if let Some(ExprKind::Local(slot)) = what.map(|w| &w.kind) {
-            what = values.get(*slot).and_then(Option::as_ref);
-        }
-        match what.map(|w| (&w.kind, w.span)) {
-            Some((ExprKind::Kind(kind, _), span)) if self.expressions.is_actuator(kind, span) => Ty::Actuator,
-            _ => Ty::Part,
-        }
+        let chosen = |slot: usize| {
+            let kind = values.get(slot).and_then(Option::as_ref);
+            kind.is_some_and(|kind| self.expressions.is_always_actuator(kind, &|_| false))
+        };
+        let is_active = what.is_some_and(|what| self.expressions.is_always_actuator(what, &chosen));
+        if is_active { Ty::Actuator } else { Ty::Part }
     }
 }
 
 /// What clauses make: of each line that makes parts the kind, the name, and whether it is repeated.
-fn makers(clauses: &[ast::RuleClause], is_repeated: bool) -> Vec<(&ast::Expr, Option<&Name>, bool)> {
+fn makers(clauses: &[ast::RuleClause], is_repeated: bool) -> Vec<(Option<&Name>, bool)> {
     use ast::RuleClauseKind as Kind;
     let made = clauses.iter().flat_map(|clause| match &clause.kind {
-        Kind::Attach { what, product, .. } => vec![(what, product.as_ref(), is_repeated)],
-        Kind::Replace { with, product, .. } => vec![(with, product.as_ref(), is_repeated)],
+        Kind::Attach { product, .. } => vec![(product.as_ref(), is_repeated)],
+        Kind::Replace { product, .. } => vec![(product.as_ref(), is_repeated)],
         Kind::Repeat { clauses, .. } => makers(clauses, true),
         _ => Vec::new(),
     });

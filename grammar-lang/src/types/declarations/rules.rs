@@ -543,11 +543,18 @@ impl Declarations<'_> {
 
     /// A part that an effect makes takes a local slot, with or without a name.
     fn product(&mut self, name: Option<&Name>, what: &Expr, cx: &mut Context) {
-        let active =
-            matches!(&what.kind, ExprKind::Kind(kind, _) if self.expressions.is_actuator(kind, what.span));
-        let ty = if active { Ty::Actuator } else { Ty::Part };
+        let local = |slot: usize| {
+            cx.locals.get(slot).is_some_and(|local| self.expressions.is_chosen_from_actuators(local.span))
+        };
+        let is_active = self.expressions.is_always_actuator(what, &local);
+        let ty = if is_active { Ty::Actuator } else { Ty::Part };
         match name {
-            Some(name) => self.expressions.bind(name, ty, cx),
+            Some(name) => {
+                if ty == Ty::Actuator {
+                    self.expressions.actuators_made.insert(name.span);
+                }
+                self.expressions.bind(name, ty, cx);
+            }
             None => cx.locals.push(Local { name: String::new(), ty, span: what.span }),
         }
     }

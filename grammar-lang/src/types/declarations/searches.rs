@@ -17,7 +17,9 @@ use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
 const SEARCH: Fields<'static> =
-    Fields { all: &["keep", "checks", "bodies", "curves"], blocks: &["bodies", "curves"] };
+    Fields { all: &[KEEP, KEEP_WITH_RODS, "checks", "bodies", "curves"], blocks: &["bodies", "curves"] };
+const KEEP: &str = "keep";
+const KEEP_WITH_RODS: &str = "keep_with_rods";
 const SCHEDULE: &[&str] = &["iterations", "moves", "stop"];
 
 impl Loop {
@@ -49,46 +51,14 @@ impl Declarations<'_> {
         let cx = Context::new(Stage::Declaration, damaged);
         let block = self.renamed(block);
         let from = self.values(&block, "a search", SEARCH);
-        let keep = self.number(&from, "keep", Dimension::NUMBER, Sign::NotNegative, "80 %", &cx);
-        if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep"))
-            && keep > 1.0
-        {
-            self.report(
-                Diagnostic::new(
-                    Code::OUT_OF_DOMAIN,
-                    tree.span,
-                    "`keep` is a share: it must lie within 0 % .. 100 %",
-                )
-                .label("too much")
-                .help("write for example `keep = 80 %`"),
-            );
-        }
-        if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep"))
-            && keep < LEAST_KEPT
-        {
-            self.report(
-                Diagnostic::new(
-                    Code::UNUSUAL,
-                    tree.span,
-                    "with this `keep`, a best may lose nearly all of its value at half the step",
-                )
-                .label("so no check can fail")
-                .help("write `keep = 80 %`: otherwise the search exploits the errors of the simulation"),
-            );
-        }
-        if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep"))
-            && keep == 1.0
-        {
-            self.report(
-                Diagnostic::new(
-                    Code::UNUSUAL,
-                    tree.span,
-                    "with this `keep`, a best must lose nothing at half the step",
-                )
-                .label("hardly any passes")
-                .help("write `keep = 80 %`: a shorter step always changes a motion a little"),
-            );
-        }
+        let keep = self.number(&from, KEEP, Dimension::NUMBER, Sign::NotNegative, "80 %", &cx);
+        self.check_share(&from, KEEP, "80 %", keep);
+        self.check_usual_share(&from, keep);
+        let with_rods = from.values.contains_key(KEEP_WITH_RODS).then(|| {
+            let keep = self.number(&from, KEEP_WITH_RODS, Dimension::NUMBER, Sign::NotNegative, "50 %", &cx);
+            self.check_share(&from, KEEP_WITH_RODS, "50 %", keep);
+            keep
+        });
         let checks = from.values.get("checks").map(|(_, tree)| self.checks(tree));
         let group = |which: Loop| from.groups.get(which.word()).copied();
         if Loop::ALL.iter().all(|which| group(*which).is_none()) {
@@ -111,6 +81,7 @@ impl Declarations<'_> {
         let search = ir::Search {
             name: block.name.text.clone(),
             keep: keep?,
+            keep_with_rods: whole(with_rods)?,
             checks: whole(checks)?,
             bodies: whole(bodies)?,
             curves: whole(curves)?,
@@ -130,6 +101,44 @@ impl Declarations<'_> {
             return None;
         }
         Some(search)
+    }
+
+    /// A share of a value lies within 0 % and 100 %.
+    fn check_share(&mut self, from: &Values<'_>, name: &str, example: &str, share: Option<f64>) {
+        if let (Some(share), Some((_, tree))) = (share, from.values.get(name))
+            && share > 1.0
+        {
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    format!("`{name}` is a share: it must lie within 0 % .. 100 %"),
+                )
+                .label("too much")
+                .help(format!("write for example `{name} = {example}`")),
+            );
+        }
+    }
+
+    /// Warns of a share with which a check at half the step says nothing, or refuses nearly everything.
+    fn check_usual_share(&mut self, from: &Values<'_>, keep: Option<f64>) {
+        let (Some(keep), Some((_, tree))) = (keep, from.values.get(KEEP)) else { return };
+        let (message, label, help) = if keep < LEAST_KEPT {
+            (
+                "with this `keep`, a best may lose nearly all of its value at half the step",
+                "so no check can fail",
+                "write `keep = 80 %`: otherwise the search exploits the errors of the simulation",
+            )
+        } else if keep == 1.0 {
+            (
+                "with this `keep`, a best must lose nothing at half the step",
+                "hardly any passes",
+                "write `keep = 80 %`: a shorter step always changes a motion a little",
+            )
+        } else {
+            return;
+        };
+        self.report(Diagnostic::new(Code::UNUSUAL, tree.span, message).label(label).help(help));
     }
 
     fn body_loop(&mut self, block: &Block, damaged: bool) -> Option<ir::BodyLoop> {

@@ -22,7 +22,7 @@ pub(super) mod task;
 mod written_out;
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use indexmap::{IndexMap, IndexSet};
 
@@ -107,6 +107,8 @@ pub(super) struct Expressions<'a> {
     instance_params: Option<InstanceParams>,
     /// The kind of part that a local was matched as, by where the local is declared.
     pub(in crate::types) matched: BTreeMap<Span, String>,
+    /// Where the names are bound of parts that rules make and that are actuators in any case.
+    pub(in crate::types) actuators_made: BTreeSet<Span>,
     /// The kinds of parts that a local was chosen from, by where the local is declared.
     chosen: BTreeMap<Span, IndexMap<String, Span>>,
     /// Records whose types are known.
@@ -149,6 +151,7 @@ impl<'a> Expressions<'a> {
             errors,
             instance_params: None,
             matched: BTreeMap::new(),
+            actuators_made: BTreeSet::new(),
             chosen: BTreeMap::new(),
             records: BTreeMap::new(),
             touched: IndexSet::new(),
@@ -574,6 +577,26 @@ impl<'a> Expressions<'a> {
                 _ => None,
             })
             .collect()
+    }
+
+    /// Whether a kind that is worked out is that of an actuator in any case. `local` says so of a local, by its slot.
+    pub(in crate::types) fn is_always_actuator(&self, what: &Expr, local: &dyn Fn(usize) -> bool) -> bool {
+        match &what.kind {
+            ir::ExprKind::Kind(kind, _) => self.is_actuator(kind, what.span),
+            ir::ExprKind::With(kind, _) => self.is_always_actuator(kind, local),
+            ir::ExprKind::Bind { body, .. } => self.is_always_actuator(body, local),
+            ir::ExprKind::If(_, yes, no) => {
+                self.is_always_actuator(yes, local) && self.is_always_actuator(no, local)
+            }
+            ir::ExprKind::Local(slot) => local(*slot),
+            _ => false,
+        }
+    }
+
+    /// Whether all kinds of parts are actuators that a local was chosen from, by where the local is declared.
+    pub(in crate::types) fn is_chosen_from_actuators(&self, local: Span) -> bool {
+        let kinds = self.chosen.get(&local).filter(|kinds| !kinds.is_empty());
+        kinds.is_some_and(|kinds| kinds.iter().all(|(kind, span)| self.is_actuator(kind, *span)))
     }
 
     /// Notes the kinds of parts that a local is chosen from.
