@@ -7,7 +7,9 @@ use nalgebra::Vector3;
 use sgc::derive::Derivation;
 use sgc::design::assembly::Assembly;
 use sgc::search::{Best, Jobs, Limits, Observer, Row, Unkept};
-use sgc::simulate::{Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Unfit, Watch, model};
+use sgc::simulate::{
+    Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Unfit, Watch, model,
+};
 
 use crate::support::{compile_texts, is_long, texts};
 

@@ -684,7 +684,8 @@ fn a_best_keeps_its_value_with_rods_where_the_search_asks_for_that() {
         let mut simulation = model.prepare(&candidate.body.assembly, &settings).unwrap();
         let parameters = &best.tasks[0].parameters;
         let law = drive.control_law(parameters).unwrap();
-        let motion = simulation.run_cases(Stop::NEVER, &[law.case(&World::NOMINAL)]).unwrap().remove(0).unwrap();
+        let motion =
+            simulation.run_cases(Stop::NEVER, &[law.case(&World::NOMINAL)]).unwrap().remove(0).unwrap();
         score::objective(Recording::nominal(&drive, parameters, &motion)).unwrap()
     };
     let share = |rules: &RuleSet, best: &Best| with_rods(rules, best) / best.value;

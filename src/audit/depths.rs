@@ -2,6 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use std::sync::Arc;
+
+use grammar_lang::eval::Value;
 use grammar_lang::ir::{Effect, Matched, RuleSet};
 use serde::Serialize;
 
@@ -51,7 +54,7 @@ pub(super) fn depths(
         tried: 0,
         counted: Counted::All,
     };
-    let mut front = vec![start.clone()];
+    let mut front = vec![Reached::Start(Arc::new(start.clone()))];
     for moves in 1..=settings.steps {
         if moves > 2 && history_counts(rules) {
             breadth.counted = breadth.counted.max(Counted::AtLeast);
@@ -84,6 +87,24 @@ fn history_counts(rules: &RuleSet) -> bool {
     })
 }
 
+/// A design as the move that leads there. Designs are large, and most of the last depth are never gone on from: so each is made when it is.
+enum Reached {
+    Start(Arc<Derivation>),
+    By { parent: Arc<Derivation>, rule: usize, locals: Vec<Value> },
+}
+
+impl Reached {
+    fn derivation(&self, rules: &RuleSet) -> Option<Arc<Derivation>> {
+        match self {
+            Self::Start(start) => Some(Arc::clone(start)),
+            // What could be applied once can be applied again.
+            Self::By { parent, rule, locals } => {
+                Some(Arc::new(parent.apply(rules, rules.rules.get(*rule)?, locals).ok()?))
+            }
+        }
+    }
+}
+
 struct Breadth<'a> {
     rules: &'a RuleSet,
     settings: &'a Settings,
@@ -98,10 +119,10 @@ struct Breadth<'a> {
 
 impl Breadth<'_> {
     /// The designs that are one move further and new, also those that look like others; `None` if the budget is spent.
-    fn next(&mut self, front: &[Derivation], observer: &mut dyn Observer) -> Option<Vec<Derivation>> {
+    fn next(&mut self, front: &[Reached], observer: &mut dyn Observer) -> Option<Vec<Reached>> {
         let mut found = Vec::new();
-        for derivation in front {
-            for rule in &self.rules.rules {
+        for derivation in front.iter().filter_map(|reached| reached.derivation(self.rules)) {
+            for (number, rule) in self.rules.rules.iter().enumerate() {
                 let temperature = self.settings.temperature;
                 // A rule of which an expression has no value is not applied, as in a search; walks tell of it.
                 if derivation.weight(self.rules, rule, temperature).is_ok_and(|weight| weight <= 0.0) {
@@ -132,7 +153,7 @@ impl Breadth<'_> {
                         && self.tried_from.insert(next.design.turned_hash())
                     {
                         self.known.insert(next.design.canonical_hash());
-                        found.push(next);
+                        found.push(Reached::By { parent: Arc::clone(&derivation), rule: number, locals });
                     }
                 }
             }

@@ -286,6 +286,7 @@ const MAY_BE_LEFT_OUT: &[&str] = &[
     "restart",
     "judge",
     "checks",
+    "keep_with_rods",
     "pace_limit",
     "sensors",
     "neutral",
