@@ -1,5 +1,6 @@
 //! How long an evaluation takes: milliseconds for a motion of 20 s at 1/240 s, by body and by the
-//! number of motions side by side, beside rapier's impulse joints with the same bodies and drives.
+//! number of motions side by side, beside rapier's impulse joints with the same bodies and drives, and beside elastic rods in place of
+//! the rows that bend.
 //!
 //! `cargo bench --bench solver` (add `-- 9` for nine rounds instead of three, and saved designs
 //! to measure these instead of the examples of `benches/bodies/`). All methods take
@@ -24,7 +25,7 @@ use sgc::loader::Files;
 use sgc::results::saved::SavedDesign;
 use sgc::search::settings;
 use sgc::simulate::rapier::Rapier;
-use sgc::simulate::{Case, Model, Settings, Simulation, Stop, Targets, World, model};
+use sgc::simulate::{Case, Model, Settings, Simulation, SolverName, Stop, Targets, World, model};
 
 const LANES: [usize; 4] = [1, 4, 8, 16];
 
@@ -40,7 +41,7 @@ fn main() {
         some => some.iter().map(|path| saved(path)).collect(),
     };
     println!("ms for an evaluation, the least of {rounds} rounds");
-    println!("{:>14}{:>8}{:>9}   articulated, by lanes", "body", "hinges", "rapier");
+    println!("{:>14}{:>8}{:>9}{:>9}   articulated, by lanes", "body", "hinges", "rapier", "rods");
     let mut ratios = [const { Vec::new() }; LANES.len()];
     for (name, body, settings, drives) in &bodies {
         let mut own = model("articulated").unwrap().prepare(&body.assembly, settings).unwrap();
@@ -48,9 +49,11 @@ fn main() {
         let coarse = Settings { iterations: 1, ..settings.clone() };
         let rapier = Rapier { substep: settings.step / 4.0 };
         let mut other = rapier.prepare(&body.assembly, &coarse).unwrap();
-        let (mut least, mut most) = ([f64::INFINITY; LANES.len()], f64::INFINITY);
+        let mut rods = SolverName::Rod.model().prepare(&body.assembly, settings).unwrap();
+        let (mut least, mut most, mut bent) = ([f64::INFINITY; LANES.len()], f64::INFINITY, f64::INFINITY);
         for _ in 0..rounds {
             most = most.min(time(other.as_mut(), &drives[..2], 1));
+            bent = bent.min(time(rods.as_mut(), &drives[..2], 1));
             for (least, lanes) in least.iter_mut().zip(LANES) {
                 *least = least.min(time(own.as_mut(), drives, lanes));
             }
@@ -58,7 +61,7 @@ fn main() {
         let hinges: usize = body.assembly.joints.iter().map(|joint| joint.kind.dofs().len()).sum();
         let own: Vec<_> = LANES.iter().zip(least).map(|(lanes, t)| format!("{lanes}: {t:5.2}")).collect();
         println!(
-            "{name:>14}{hinges:>8}{most:9.1}   {}   widest here {}",
+            "{name:>14}{hinges:>8}{most:9.1}{bent:9.1}   {}   widest here {}",
             own.join("  "),
             widest(body, settings)
         );

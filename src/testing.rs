@@ -120,7 +120,7 @@ pub fn rules(path: impl AsRef<Path>) -> String {
 pub fn derivation(path: impl AsRef<Path>, seed: u64, steps: usize) -> String {
     of(path.as_ref(), |checked| {
         checked.with_rules(|rules| {
-            describe::derived(rules, &checked.sources, Derivation::begin(rules), seed, steps).0
+            describe::derived(rules, &checked.sources, Derivation::begin(rules), seed, steps, &mut |_| {}).0
         })
     })
 }

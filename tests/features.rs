@@ -298,7 +298,7 @@ fn what_is_made_of_several_kinds_of_actuators_is_an_actuator() {
         "use std.actuators { twister }
         actuate twister with bezier_pac
         rule limb {
-          match  q : port of core
+          match  p : part with free port q where p is core
           choose kind in { bender, twister }
           choose n    in { 2, 3 }
           attach match n { 2 -> bender(segments = 4), else -> twister(segments = 3) } to q as first
@@ -306,7 +306,7 @@ fn what_is_made_of_several_kinds_of_actuators_is_an_actuator() {
           attach if n == 2 then kind(segments = 2) else bender(segments = 2) to second.tip as third
         }
         example x {
-          step a = limb(q = core.front, n = 2, kind = twister)
+          step a = limb(p = core, q = core.front, n = 2, kind = twister)
           expect a.greatest_bend > 0 deg and a.first.greatest_bend > 0 deg
           expect a.second.greatest_bend > 0 deg and a.third.greatest_bend > 0 deg
         }

@@ -43,9 +43,9 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
                 place,
                 format!("`{name}` has no friction in the grammar, so no ground gives it any: set `{name}.friction` first"),
             )),
-            Ok(_) if !(coefficient.is_finite() && *coefficient > 0.0) => problems.push(Problem::contradiction(
+            Ok(_) if !(*coefficient > 0.0 && *coefficient <= MOST) => problems.push(Problem::contradiction(
                 section.place(row),
-                "this is no coefficient of friction: tilts lie between 0 and 89 deg, forces above 0",
+                "this is no coefficient of friction: tilts lie between 0 and 89 deg, forces above 0, and no surface pulls with 100 times its weight",
             )),
             Ok(_) => slips.entry(name).or_default().push(*coefficient),
         }
@@ -74,6 +74,9 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
     }
     Ok(findings)
 }
+
+/// A coefficient of friction is no more than this.
+const MOST: f64 = 100.0;
 
 /// The models of all tasks, each once.
 fn models(rules: &RuleSet) -> Vec<&Model> {

@@ -28,13 +28,19 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
     weighed.into_iter().map(|(name, masses)| finding(section, rules, name, &masses)).collect()
 }
 
+/// No scale on a bench shows less, kg.
+const LEAST: f64 = 1e-9;
+
 /// The mass that a row gives to a part, or to one segment of an actuator.
 fn one(section: &Section, rules: &RuleSet, row: usize, name: &str, mass: f64) -> Result<f64, Problem> {
     // What the whole section is for is said in another line.
     let said = section.setting("for").filter(|_| section.words("part").is_empty());
     let declared = declared::part(rules, name, said.map_or_else(|| section.place(row), |(_, place)| place))?;
-    if mass <= 0.0 {
-        return Err(Problem::contradiction(section.place(row), format!("`{name}` weighs nothing here")));
+    if mass < LEAST {
+        return Err(Problem::contradiction(
+            section.place(row),
+            format!("`{name}` weighs nothing here, or less than a microgram"),
+        ));
     }
     let segments = section.numbers("segments").get(row).copied();
     match declared {

@@ -1,13 +1,12 @@
 //! `sgc audit`: what a grammar makes, and what it excludes.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
+use super::countdown::Countdown;
 use super::output::{self, Fault};
 use super::{derive, design, exit, load};
 use crate::audit::{self, Answer, Observer, Settings};
@@ -15,9 +14,6 @@ use crate::derive::Derivation;
 use crate::results::DesignError;
 use crate::results::describe::Named;
 use crate::results::names::Names;
-
-/// How often progress is told where there is no terminal.
-const EVERY: Duration = Duration::from_secs(20);
 
 /// Find out what a grammar makes and what it excludes, without simulating
 #[derive(Args)]
@@ -88,7 +84,7 @@ impl Audit {
         let start = derive::start(&rules, &sources, rules.from.as_deref())?;
         let settings = self.settings();
         let fault = |e| Fault::input(load::no_value(&e, &sources));
-        let mut progress = Progress::new();
+        let mut progress = Countdown::begin();
         let found = audit::audit(&rules, &start, &settings, &mut progress).map_err(fault)?;
         for (error, times) in &found.failing {
             let refused = if *times == 1 {
@@ -185,24 +181,8 @@ fn json(rules: &RuleSet, found: &audit::Audit, asked: &[Asked]) -> String {
     serde_json::to_string_pretty(&value).unwrap_or_default() + "\n"
 }
 
-/// Tells how far the audit is: on a terminal in one line, elsewhere now and then.
-struct Progress {
-    terminal: bool,
-    last: Instant,
-}
-
-impl Progress {
-    fn new() -> Self {
-        Self { terminal: std::io::stderr().is_terminal(), last: Instant::now() }
-    }
-}
-
-impl Observer for Progress {
+impl Observer for Countdown {
     fn progress(&mut self, what: &str, done: usize, of: usize) {
-        let every = if self.terminal { Duration::from_secs(2) } else { EVERY };
-        if self.last.elapsed() >= every {
-            self.last = Instant::now();
-            output::note(&format!("{done} of {of} {what}"));
-        }
+        self.tell(what, done, of);
     }
 }

@@ -8,6 +8,7 @@ use grammar_lang::diagnostics::render::{Format, render};
 use grammar_lang::ir::{ExampleClause, RuleSet};
 use grammar_lang::source::SourceMap;
 
+use super::countdown::Countdown;
 use super::output::{self, Fault};
 use super::{exit, load};
 use crate::derive::Derivation;
@@ -31,9 +32,9 @@ pub(super) struct Derive {
     /// The seed of the random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How many moves to make [default: 20, or 0 with --example]
-    #[arg(long, value_name = "N")]
-    steps: Option<usize>,
+    /// How many moves to make, at most 1,000,000 [default: 20, or 0 with --example]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1_000_000))]
+    steps: Option<u32>,
 }
 
 /// Refuses the name of an example that the grammar does not have.
@@ -69,7 +70,7 @@ impl Derive {
         };
         example.clauses.retain(|clause| matches!(clause, ExampleClause::Step { .. }));
         if let Ok(first) = Derivation::start(&bare, self.example.as_deref()) {
-            let (text, _) = describe::derived(&bare, sources, first, self.seed, 0);
+            let (text, _) = describe::derived(&bare, sources, first, self.seed, 0, &mut |_| {});
             // The error is what counts.
             let _ = output::data(&text);
         }
@@ -80,8 +81,10 @@ impl Derive {
         let first = start(&rules, &sources, self.example.as_deref()).inspect_err(|_| {
             self.show_unexpected(&rules, &sources);
         })?;
-        let steps = self.steps.unwrap_or(if self.example.is_some() { 0 } else { 20 });
-        let (text, why_idle) = describe::derived(&rules, &sources, first, self.seed, steps);
+        let steps = self.steps.unwrap_or(if self.example.is_some() { 0 } else { 20 }) as usize;
+        let mut countdown = Countdown::begin();
+        let mut made = |moves| countdown.tell("moves made", moves, steps);
+        let (text, why_idle) = describe::derived(&rules, &sources, first, self.seed, steps, &mut made);
         output::data(&text)?;
         if !why_idle.is_empty() {
             output::note(why_idle.trim_end());

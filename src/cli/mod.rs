@@ -5,6 +5,7 @@ mod calibrate;
 mod check;
 mod compile;
 mod completions;
+mod countdown;
 mod derive;
 mod design;
 mod doc;

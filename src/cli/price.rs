@@ -67,11 +67,25 @@ pub(super) fn told(
     let bytes = whole / settings.record * elements as f64 * 56.0 * lanes as f64;
     let memory =
         if bytes > MUCH { format!("; its motions fill {:.1} GB", bytes / 1e9) } else { String::new() };
+    let memory = memory + &remembered(rules, &drive, evaluations, whole).unwrap_or_default();
     let beside = if lanes > 1 { format!(", {lanes} side by side") } else { String::new() };
     Some(format!(
         "measured on a body of {elements} elements: an evaluation takes {more} {}{beside}{all}{memory}",
         short(one)
     ))
+}
+
+/// How much a learner remembers, where that is much.
+fn remembered(rules: &RuleSet, drive: &Drive<'_>, evaluations: Option<u64>, duration: f64) -> Option<String> {
+    let learner = rules.search.curves.as_ref()?.method.learner()?;
+    let decision = drive.decision()?;
+    let in_a_motion = duration / (drive.task().model.control * decision.pace as f64);
+    let made = evaluations.map_or(f64::INFINITY, |motions| motions as f64 * in_a_motion);
+    // All that was known, done and gained, in 32 bits.
+    let numbers = decision.inputs + decision.spaces.len() + 1;
+    let bytes = made.min(learner.replay as f64) * 4.0 * numbers as f64;
+    let gigabytes = bytes / 1e9;
+    (bytes > MUCH).then(|| format!("; what the learner remembers fills up to {gigabytes:.1} GB, in memory and in each checkpoint (`replay` bounds it)"))
 }
 
 /// A time with its unit: milliseconds, or as [`span`] has it.

@@ -246,7 +246,7 @@ fn varied(rules: &RuleSet, part: &Part) -> String {
 }
 
 /// The derivation that a seed gives in some moves, as stable text: what `sgc derive` prints; and
-/// why some of its moves did nothing, empty if none was.
+/// why some of its moves did nothing, empty if none was. After each move, `made` gets the number of moves so far.
 #[must_use]
 pub fn derived(
     rules: &RuleSet,
@@ -254,12 +254,13 @@ pub fn derived(
     first: Derivation,
     seed: u64,
     moves: usize,
+    made: &mut dyn FnMut(usize),
 ) -> (String, String) {
     let mut now = first;
     let mut random = Stream::named(seed, "derive");
     let mut idle = 0;
     let mut stopped: BTreeMap<(usize, Blocked), usize> = BTreeMap::new();
-    for _ in 0..moves {
+    for number in 1..=moves {
         let step = now.advance(rules, &mut random, 0.0);
         match step.result {
             Some(next) => now = next,
@@ -270,6 +271,7 @@ pub fn derived(
                 }
             }
         }
+        made(number);
     }
     (derivation(rules, &now), why_idle(rules, sources, idle, moves, &stopped))
 }

@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer};
-use super::{ActorCritic, Expr, QLearning, SearchWord, Within};
+use super::{ActorCritic, Expr, Learner, QLearning, SearchWord, Within};
 
 /// A search, by the loops that it has.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -103,6 +103,18 @@ pub enum CurveMethod {
     ActorCritic(ActorCritic),
     /// Learning what decisions are worth.
     QLearning(QLearning),
+}
+
+impl CurveMethod {
+    /// What its learner is told, if it learns.
+    #[must_use]
+    pub fn learner(&self) -> Option<&Learner> {
+        match self {
+            Self::ActorCritic(own) => Some(&own.learner),
+            Self::QLearning(own) => Some(&own.learner),
+            Self::Annealing(_) | Self::CmaEs(_) => None,
+        }
+    }
 }
 
 /// How long a loop goes on: expressions of the search stage.

@@ -395,11 +395,7 @@ impl Tuner<'_> {
         if self.confirms(found, rods, Fidelity::Rods) {
             return Ok(());
         }
-        let why = match &rods.value {
-            Err(unfit @ Missing::Unfit(_)) => unfit.clone(),
-            _ => Missing::WithRods,
-        };
-        tuning.tally.count(why);
+        tuning.tally.count(Missing::WithRods);
         Err(Counted::Unsound)
     }
 

@@ -6,16 +6,16 @@ use super::super::cache::Cache;
 use super::super::crew::Crew;
 use super::super::evaluated::Evaluated;
 use super::super::fidelity::Fidelity;
-use super::super::tally::Missing;
 use super::{Engine, Evaluator, Judging};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
-use crate::simulate::{Case, Invalid, Motion, Settings, Simulation, SolverName, Stop, Unfit, rod};
+use crate::simulate::{Case, Invalid, Motion, Settings, Simulation, SolverName, Stop, rod};
 
-/// Simulations with elastic rods in place of rows that bend: one for each thread that has been needed, or why there are none.
-pub(super) type WithRods = Result<Vec<Box<dyn Simulation>>, Unfit>;
+/// Simulations with elastic rods in place of rows that bend: one for each thread that has been needed.
+pub(super) type WithRods = Vec<Box<dyn Simulation>>;
 
-/// Simulations with rods, where the search asks for them and the body has rows that bend.
+/// A simulation with rods, where the search asks for it and the body has rows that bend. Of a body that this solver cannot
+/// simulate there is no second opinion: its final check says so.
 pub(super) fn with_rods(
     candidate: &Candidate<'_>,
     engine: Engine<'_>,
@@ -25,7 +25,8 @@ pub(super) fn with_rods(
     // Of itself a solver has no other opinion.
     let is_other = engine.model.name() != SolverName::Rod;
     let is_asked = candidate.rules.search.keep_with_rods.is_some() && is_other && rod::bends(assembly);
-    is_asked.then(|| Ok(vec![SolverName::Rod.model().prepare(assembly, settings)?]))
+    let simulation = is_asked.then(|| SolverName::Rod.model().prepare(assembly, settings).ok()).flatten();
+    simulation.map(|simulation| vec![simulation])
 }
 
 impl Evaluator<'_> {
@@ -79,13 +80,9 @@ impl Evaluator<'_> {
         let Self { engine, drive, aim, fine, workers, rods, .. } = self;
         let judging = Judging { drive, aim: aim.as_ref(), observed_above: None };
         match (fidelity, rods) {
-            (Fidelity::Rods, Some(Ok(rods))) => judging.on_threads(stop, engine.crew, rods, &batch),
-            (Fidelity::Rods, Some(Err(unfit))) => {
-                let why = Missing::Unfit(unfit.reason.clone());
-                Some(vec![Evaluated::of(Err(why)); batch.len()])
-            }
-            (Fidelity::Rods, None) | (Fidelity::HalfStep, _) => judging.values(stop, fine.as_mut(), &batch),
+            (Fidelity::Rods, Some(rods)) => judging.on_threads(stop, engine.crew, rods, &batch),
             (Fidelity::Model, _) => judging.on_threads(stop, engine.crew, workers, &batch),
+            (Fidelity::HalfStep, _) | (Fidelity::Rods, None) => judging.values(stop, fine.as_mut(), &batch),
         }
     }
 
@@ -93,7 +90,7 @@ impl Evaluator<'_> {
     pub(super) fn hire_rods(&mut self, cases: usize) {
         let threads = self.engine.crew.threads().min(cases);
         let assembly = &self.drive.candidate().body.assembly;
-        let Some(Ok(rods)) = &mut self.rods else { return };
+        let Some(rods) = &mut self.rods else { return };
         while rods.len() < threads {
             // What could be prepared once can be prepared again.
             let Ok(more) = SolverName::Rod.model().prepare(assembly, &self.settings) else { break };

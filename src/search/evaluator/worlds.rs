@@ -203,7 +203,7 @@ impl Evaluator<'_> {
         }
         let crew = self.engine.crew;
         match (fidelity, &mut self.rods) {
-            (Fidelity::Rods, Some(Ok(rods))) => on_threads(stop, crew, rods, &cases),
+            (Fidelity::Rods, Some(rods)) => on_threads(stop, crew, rods, &cases),
             (Fidelity::Rods, _) => Some(vec![Err(Invalid::Unfit); cases.len()]),
             _ => on_threads(stop, crew, &mut self.workers, &cases),
         }

@@ -602,6 +602,8 @@ enum Periods<'a> {
     Each(&'a str),
     /// That of this one is no time.
     NoTime(&'a str),
+    /// That of this one changes during a motion, or stands below a value that does.
+    Moving(&'a str),
 }
 
 impl<'a> Periods<'a> {
@@ -615,6 +617,9 @@ impl<'a> Periods<'a> {
             let place = actuation.lets.iter().position(|(n, _)| n == "period");
             let own = place.and_then(|place| actuation.lets.get(place)).map(|(_, value)| value);
             let everyone = everyone || place.is_some_and(|place| place < actuation.shared_lets);
+            if variable.is_none() && actuation.moving.iter().any(|(n, _)| n == "period") {
+                return Self::Moving(name);
+            }
             if found.iter().any(|(other, _)| *other == name) || !(shared || own.is_some()) {
                 continue;
             }
@@ -683,6 +688,11 @@ impl<'a> Periods<'a> {
             Self::NoTime(name) => Some((
                 format!("what `{name}` calls `period` is not one time"),
                 "declare `shared period : Time in ...`, or give it another name".to_owned(),
+            )),
+            Self::Moving(name) => Some((
+                format!("what `{name}` calls `period` changes during the motion, or stands below a value that does"),
+                "write it above all that reads `t`, a sensor or what is remembered, or declare `shared period : Time in ...`"
+                    .to_owned(),
             )),
             Self::Each(name) => Some((
                 format!("each actuator that `{name}` drives has a period of its own"),

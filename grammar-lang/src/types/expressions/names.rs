@@ -329,8 +329,11 @@ impl Expressions<'_> {
             }
             _ => return None,
         };
-        let help = did_you_mean(&name.text, offers.iter().copied())
-            .unwrap_or_else(|| format!("it has: {}", offers.join(", ")));
+        let help =
+            did_you_mean(&name.text, offers.iter().copied()).unwrap_or_else(|| match offers.as_slice() {
+                [] => format!("it has no {what}: declare one, as in `shared {} : ...`", name.text),
+                _ => format!("it has: {}", offers.join(", ")),
+            });
         self.report(
             Diagnostic::new(
                 Code::UNKNOWN_FIELD,
