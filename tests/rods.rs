@@ -7,7 +7,7 @@ use sgc::derive::Derivation;
 use sgc::design::Body;
 use sgc::simulate::{self, Settings, Targets};
 
-use crate::support::compile_texts;
+use crate::support::{compile_texts, said, sgc};
 
 /// Length in m, mass in kg, bending stiffness in N m^2.
 const LENGTH: f64 = 0.12;
@@ -118,4 +118,40 @@ fn few_hinges_bend_as_the_elastica() {
     let errors = [3, 5, 10].map(|hinges| (sag("rod", hinges) - truth).abs() / LENGTH);
     println!("{errors:?}");
     assert!(errors[0] < 0.02 && errors[1] < 0.01 && errors[2] < errors[1], "{errors:?} of the length");
+}
+
+/// What is found is ranked by what it comes to with rods, and what is no design is told.
+#[test]
+fn refine_ranks_the_designs_of_runs_by_their_values_with_rods() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = crate::support::read("grammars/codesign.sgr")
+        .replace("for 20 s in workshop", "for 2 s")
+        .replace("min over w in workshop of travel - fall", "travel - fall");
+    std::fs::write(folder.path().join("short.sgr"), text).unwrap();
+    let run = ["run", "short.sgr", "--runs", "3", "--max-evals", "150", "--quiet", "--out", "runs"];
+    assert!(sgc(folder.path(), &run).status.success());
+    let output = sgc(folder.path(), &["refine", "runs", "runs/seed-1"]);
+    assert!(output.status.success(), "{}", said(&output));
+    let table = String::from_utf8(output.stdout).unwrap();
+    let rows: Vec<Vec<&str>> =
+        table.lines().skip(1).take(3).map(|row| row.split_whitespace().collect()).collect();
+    // A design that is named twice is there once.
+    assert_eq!(table.matches("best.design.json\n").count(), 3, "{table}");
+    // What has no value with rods stands at the end.
+    let rods = |row: &[&str]| row[0].parse::<f64>().unwrap_or(f64::NEG_INFINITY);
+    assert!(rows.windows(2).all(|pair| rods(&pair[0]) >= rods(&pair[1])), "{table}");
+    assert!(rows.iter().any(|row| rods(row).is_finite()), "{table}");
+    for row in &rows {
+        let eval = |more: &[&str]| {
+            let arguments = [&["eval", row[row.len() - 1]], more].concat();
+            let text = String::from_utf8(sgc(folder.path(), &arguments).stdout).unwrap();
+            let value =
+                text.lines().next().and_then(|line| line.split_whitespace().nth(1)?.parse::<f64>().ok());
+            value.unwrap_or(f64::NEG_INFINITY)
+        };
+        assert_eq!(rods(row), eval(&["--solver", "rod"]), "{table}");
+        assert_eq!(row[row.len() - 3].parse::<f64>(), Ok(eval(&[])), "{table}");
+    }
+    let none = sgc(folder.path(), &["refine", "short.sgr"]);
+    assert_eq!(none.status.code(), Some(2), "{}", said(&none));
 }

@@ -12,7 +12,7 @@ use super::output::{self, Fault};
 use super::precision::Precision;
 use super::{exit, load, scenarios};
 use crate::calibrate::reality::{self, Built, Estimate, Prediction};
-use crate::results::replay::{Replayed, ReplayedTask};
+use crate::results::replay::Replayed;
 use crate::results::saved::SavedDesign;
 use crate::results::{describe, genuine, replay, summary};
 use crate::score;
@@ -135,16 +135,6 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// Why a design has no value.
-fn invalid(replayed: &Replayed<'_>) -> String {
-    let motion = |task: &ReplayedTask| task.motion.as_ref().err().map(|why| why.describe().to_owned());
-    let world = |task: &ReplayedTask| {
-        task.lost.as_ref().map(|(world, why)| format!("{} (in the world `{world}`)", why.describe()))
-    };
-    let why = replayed.tasks.iter().find_map(|task| motion(task).or_else(|| world(task)));
-    format!("the motion is not valid: {}", why.unwrap_or_else(|| "a task has no value".to_owned()))
-}
-
 impl Eval {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design::file(&self.design);
@@ -164,7 +154,7 @@ impl Eval {
         let replayed = replay::replay(&rules, &design, solver, precision)
             .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
         let Some(value) = replayed.value else {
-            return Err(Fault::input(invalid(&replayed)));
+            return Err(Fault::input(format!("the motion is not valid: {}", replayed.why_invalid())));
         };
         // Of the design as it was read.
         let checked = genuine::check_values(&rules, &design, &replayed);

@@ -25,6 +25,7 @@ mod output;
 mod precision;
 mod price;
 mod progress;
+mod refine;
 mod replace;
 mod report;
 mod resume;
@@ -110,6 +111,7 @@ enum Command {
     Study(study::Study),
     Report(report::Report),
     Eval(eval::Eval),
+    Refine(refine::Refine),
     Novelty(novelty::Novelty),
     View(view::View),
     Export(export::Export),
@@ -156,6 +158,7 @@ pub fn main() -> ExitCode {
         Command::Study(command) => command.run(),
         Command::Report(command) => command.run(),
         Command::Eval(command) => command.run(),
+        Command::Refine(command) => command.run(),
         Command::Novelty(command) => command.run(),
         Command::View(command) => command.run(),
         Command::Export(command) => command.run(),

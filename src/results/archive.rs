@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use grammar_lang::ir::{Descriptor, RuleSet};
 
@@ -35,6 +35,18 @@ fn ends(descriptor: &Descriptor, cell: usize) -> (f64, f64) {
         descriptor.from + (descriptor.to - descriptor.from) * n as f64 / descriptor.cells.max(1) as f64
     };
     (end(cell), end(cell + 1))
+}
+
+/// The files of the designs in the archive of a run, by their names; none where it has no archive.
+#[must_use]
+pub fn designs(run: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(run.join(FOLDER)) else { return Vec::new() };
+    let is_design = |path: &PathBuf| {
+        path.file_name().and_then(|name| name.to_str()).is_some_and(is_kind) && path.is_file()
+    };
+    let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_design).collect();
+    files.sort();
+    files
 }
 
 /// Writes the design of a kind, and the table with all.

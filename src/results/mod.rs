@@ -3,6 +3,7 @@
 pub mod archive;
 pub mod beginning;
 pub mod checkpoint;
+pub mod closely;
 mod columns;
 pub mod describe;
 mod design_error;

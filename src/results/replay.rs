@@ -31,6 +31,19 @@ pub struct Replayed<'r> {
     pub beside: Vec<f64>,
 }
 
+impl Replayed<'_> {
+    /// Why it has no value, if it has none.
+    #[must_use]
+    pub fn why_invalid(&self) -> String {
+        let motion = |task: &ReplayedTask| task.motion.as_ref().err().map(|why| why.describe().to_owned());
+        let world = |task: &ReplayedTask| {
+            task.lost.as_ref().map(|(world, why)| format!("{} (in the world `{world}`)", why.describe()))
+        };
+        let why = self.tasks.iter().find_map(|task| motion(task).or_else(|| world(task)));
+        why.unwrap_or_else(|| "a task has no value".to_owned())
+    }
+}
+
 /// One task of a design that has been simulated again.
 pub struct ReplayedTask {
     /// The task's name.

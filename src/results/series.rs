@@ -69,6 +69,15 @@ pub fn series(path: &Path) -> Result<Series, FileError> {
     toml::from_str(&read(&path)?).map_err(FileError::damaged(&path))
 }
 
+/// The folders of the runs in a folder of several, in the order of their seeds.
+///
+/// # Errors
+///
+/// A sentence: `runs.toml` cannot be read, or is damaged.
+pub fn runs(path: &Path) -> Result<Vec<PathBuf>, FileError> {
+    Ok(series(path)?.seeds.iter().map(|seed| run_folder(path, *seed)).collect())
+}
+
 /// The folder of one of several runs.
 pub(super) fn run_folder(path: &Path, seed: u64) -> PathBuf {
     path.join(format!("seed-{seed}"))
