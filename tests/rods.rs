@@ -137,19 +137,18 @@ fn refine_ranks_the_designs_of_runs_by_their_values_with_rods() {
         table.lines().skip(1).take(3).map(|row| row.split_whitespace().collect()).collect();
     // A design that is named twice is there once.
     assert_eq!(table.matches("best.design.json\n").count(), 3, "{table}");
-    // What has no value with rods stands at the end.
-    let rods = |row: &[&str]| row[0].parse::<f64>().unwrap_or(f64::NEG_INFINITY);
-    assert!(rows.windows(2).all(|pair| rods(&pair[0]) >= rods(&pair[1])), "{table}");
-    assert!(rows.iter().any(|row| rods(row).is_finite()), "{table}");
+    // Where nothing bends, the value at half the step counts.
+    let rods = |row: &[&str]| row[0].parse::<f64>().ok();
+    let counts = |row: &[&str]| rods(row).unwrap_or_else(|| row[row.len() - 5].parse().unwrap());
+    assert!(rows.windows(2).all(|pair| counts(&pair[0]) >= counts(&pair[1])), "{table}");
+    assert!(rows.iter().filter(|row| rods(row).is_some()).count() > 1, "{table}");
     for row in &rows {
         let eval = |more: &[&str]| {
             let arguments = [&["eval", row[row.len() - 1]], more].concat();
             let text = String::from_utf8(sgc(folder.path(), &arguments).stdout).unwrap();
-            let value =
-                text.lines().next().and_then(|line| line.split_whitespace().nth(1)?.parse::<f64>().ok());
-            value.unwrap_or(f64::NEG_INFINITY)
+            text.lines().next().unwrap().split_whitespace().nth(1).unwrap().parse::<f64>().unwrap()
         };
-        assert_eq!(rods(row), eval(&["--solver", "rod"]), "{table}");
+        assert!(rods(row).is_none_or(|value| value == eval(&["--solver", "rod"])), "{table}");
         assert_eq!(row[row.len() - 3].parse::<f64>(), Ok(eval(&[])), "{table}");
     }
     let none = sgc(folder.path(), &["refine", "short.sgr"]);
