@@ -310,15 +310,10 @@ impl Tuner<'_> {
             }
         }
         // What is to be the best of the run keeps its value in all worlds, too.
-        if fitness > self.known.best
-            && self.can_lose(fitness)
-            && !self.is_covered(Nominal { value, each: &evaluated.each })
-        {
-            if let Err(counted) =
-                self.kept_in_worlds(tuning, candidate, Nominal { value, each: &evaluated.each }, spent)
-            {
-                return Ok(counted);
-            }
+        let found = Nominal { value, each: &evaluated.each };
+        let is_best = fitness > self.known.best && self.can_lose(fitness) && !self.is_covered(found);
+        if is_best && let Err(counted) = self.kept_in_worlds(tuning, candidate, found, spent) {
+            return Ok(counted);
         }
         tuning.found = Some(Tune {
             parameters: candidate.clone(),
