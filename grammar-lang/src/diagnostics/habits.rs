@@ -171,6 +171,7 @@ const HABITS: &[(&str, Told, &str)] = &[
         OPENING,
         "a condition of a rule is written `when n > 3`; what is done only then stands in a block: `if n > 3 { attach cube to q }`",
     ),
+    ("else", WORD, "a block has no `else`: write a second block, `if not (CONDITION) { ... }`"),
     ("if", WORD, "write `if CONDITION then A else B`"),
     ("not is", LINE, "write `is not`"),
     ("elif", WORD, "write `else if`"),
@@ -541,7 +542,10 @@ fn number(text: &str, place: usize) -> Option<String> {
         Some('^') => spaced_unit(before, after),
         _ if before.trim_end().ends_with('.') && !before.trim_end().ends_with("..") => {
             let whole = before.trim_end().trim_end_matches('.');
-            is_digit(whole.chars().next_back()).then(|| {
+            // A name may end with a digit: `leg2.tip`.
+            let is_in_word = |c: char| c.is_alphanumeric() || c == '_';
+            let word = whole.trim_end_matches(is_in_word).len();
+            is_digit(whole.get(word..).and_then(|word| word.chars().next())).then(|| {
                 "write the number without the point at its end, or with a digit after the point: `1.0`"
                     .to_owned()
             })

@@ -43,9 +43,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Truth::Sometimes => continue,
         };
         findings.push(
-            Diagnostic::new(Code::CONSTANT_IF, span, "this `if` always takes the same branch")
+            Diagnostic::new(Code::CONSTANT_IF, span, "this condition is always the same")
                 .label(label)
-                .help(format!("write only what follows `{kept}`")),
+                .help(format!("of `if ... then ... else`, write only what follows `{kept}`; in a rule, take out the condition, or all that depends on it")),
         );
     }
     for (span, otherwise) in even {

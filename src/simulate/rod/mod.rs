@@ -10,6 +10,7 @@
 //! Gauss-Seidel in the factorised space (`contacts`). Momenta, not velocities, are carried from step to step, so that free bodies keep
 //! them exactly. All in double precision, and the same on every platform.
 
+mod again;
 mod contacts;
 mod discs;
 mod factor;
@@ -28,6 +29,8 @@ use nalgebra::{Isometry3, Translation3};
 
 use self::discs::Discs;
 use self::solver::Rods;
+use again::Again;
+
 use super::lowering::Lowered;
 use super::motion::Placement;
 use super::run::{Driven, Run};
@@ -86,10 +89,15 @@ impl Model for Rod {
     }
 
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
-        let rod = *self;
-        widths::alone(assembly, &settings.in_whole_steps(), move |body, settings, world| {
-            let (rods, driven) = rod.made(body, settings, world)?;
-            Ok(Box::new(Run::new(rods, driven, settings, &[])))
-        })
+        let (rod, settings) = (*self, settings.in_whole_steps());
+        let prepared = move |assembly: &Assembly, settings: &Settings| {
+            widths::alone(assembly, settings, move |body, settings, world| {
+                let (rods, driven) = rod.made(body, settings, world)?;
+                Ok(Box::new(Run::new(rods, driven, settings, &[])))
+            })
+        };
+        let first = prepared(assembly, &settings)?;
+        let body = assembly.clone();
+        Ok(Box::new(Again::new(first, &settings, move |finer: &Settings| prepared(&body, finer).ok())))
     }
 }

@@ -3,13 +3,14 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitVector3, Vector3};
 
 use super::Rod;
+use super::again::Again;
 use super::section::{POISSON, Section};
 use super::solver::Rods;
 use crate::design::assembly::{Assembly, Dof, Element, JointKind, Shape};
 use crate::simulate::articulated::Articulated;
 use crate::simulate::tests::bodies::{Builder, element, gait, hinge, idle, m2, m4, servo};
 use crate::simulate::tests::settings;
-use crate::simulate::{Model, Motion, Settings, Targets, World};
+use crate::simulate::{Case, Invalid, Model, Motion, Settings, Simulation, Stop, Targets, Watch, World};
 
 const RADIUS: f64 = 0.009;
 const LENGTH: f64 = 0.08;
@@ -352,4 +353,41 @@ fn a_strong_motor_does_not_overshoot() {
         }
         assert!((rods.rate(0, 0).unwrap() / asked - 1.0).abs() < 1e-3);
     }
+}
+
+/// Refuses every motion.
+struct Refuses;
+
+impl Simulation for Refuses {
+    fn lanes(&self) -> usize {
+        1
+    }
+
+    fn run_watched(
+        &mut self,
+        _: Stop<'_>,
+        cases: &[Case<'_>],
+        _: &dyn Watch,
+    ) -> Option<Vec<Result<Motion, Invalid>>> {
+        Some(cases.iter().map(|_| Err(Invalid::EnergyFromNowhere)).collect())
+    }
+}
+
+/// A motion that is refused is made again at half and at a quarter of the step, and what is refused there, too, has none.
+#[test]
+fn what_is_refused_is_made_again_in_finer_steps() {
+    let body = arm(4, 0.02, 0.3, Vector3::z());
+    let coarse = Settings { duration: 0.2, ..settings() };
+    let finely = |step: f64| Articulated.prepare(&body, &Settings { step, ..coarse.clone() }).unwrap();
+    let quarter = coarse.step / 4.0;
+    let make = |finer: &Settings| -> Option<Box<dyn Simulation>> {
+        if finer.step > 1.5 * quarter { Some(Box::new(Refuses)) } else { Some(finely(finer.step)) }
+    };
+    let drives = [idle(1)];
+    let made = Again::new(Box::new(Refuses), &coarse, make).run(&drives).remove(0).unwrap();
+    let due = finely(quarter).run(&drives).remove(0).unwrap();
+    assert_eq!(format!("{made:?}"), format!("{due:?}"));
+    let never = |_: &Settings| -> Option<Box<dyn Simulation>> { Some(Box::new(Refuses)) };
+    let refused = Again::new(Box::new(Refuses), &coarse, never).run(&drives).remove(0);
+    assert_eq!(refused.map(|_| ()), Err(Invalid::EnergyFromNowhere));
 }

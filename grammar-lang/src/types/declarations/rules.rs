@@ -37,6 +37,7 @@ impl Declarations<'_> {
         let found = self.expressions.errors.len();
         let matches = self.all_matches(clauses, &mut cx);
         let choices = self.choices(clauses, &mut cx);
+        self.tell_of_made_later(found, clauses);
         let bound = cx.locals.len();
         let mut guards = Vec::new();
         let mut effects = Vec::new();
@@ -221,6 +222,24 @@ impl Declarations<'_> {
                 }
             }
             _ => ir::Spread::Even,
+        }
+    }
+
+    /// Says of names that matches and values read, and that an effect makes only after them.
+    fn tell_of_made_later(&mut self, known: usize, clauses: &[RuleClause]) {
+        let made = products_of(clauses);
+        for mut error in self.expressions.errors.split_off(known) {
+            let is_meant = |name: &&&Name| {
+                error.code == Code::UNKNOWN_NAME && error.message == format!("unknown name `{}`", name.text)
+            };
+            if let Some(name) = made.iter().find(is_meant) {
+                error.help = Some(format!(
+                    "this rule makes `{0}` after its matches, choices and values are known: read `{0}` in the lines below `as {0}`, without a `let`",
+                    name.text
+                ));
+                error.fix = None;
+            }
+            self.expressions.errors.add(error);
         }
     }
 
