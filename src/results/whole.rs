@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use tempfile::NamedTempFile;
+
 use super::{FileError, Unfit, Unwritable};
 use crate::reading;
 
@@ -21,11 +23,12 @@ static UNDER_WAY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// A file that is being written: it is removed if the process is told to end meanwhile.
 struct UnderWay<'a>(&'a Path);
 
-impl<'a> UnderWay<'a> {
-    fn begin(path: &'a Path) -> Self {
-        UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
-        Self(path)
-    }
+/// Makes a file that is to be written. No signal finds it made but not yet known as one that is under way.
+fn begin(make: impl FnOnce() -> std::io::Result<NamedTempFile>) -> std::io::Result<NamedTempFile> {
+    let mut under_way = UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner);
+    let file = make()?;
+    under_way.push(file.path().to_owned());
+    Ok(file)
 }
 
 impl Drop for UnderWay<'_> {
@@ -57,10 +60,13 @@ pub(crate) fn abandon() -> bool {
         is_back |= fs::rename(&place, &doomed).and_then(|()| fs::rename(&older, &place)).is_ok();
         let _ = fs::remove_dir_all(doomed);
     }
-    for path in UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+    let under_way = UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in under_way.iter() {
         // What cannot be removed does no harm.
         let _ = fs::remove_file(path);
     }
+    // No thread begins another file until the process has ended.
+    std::mem::forget(under_way);
     is_back
 }
 
@@ -173,9 +179,9 @@ fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> 
     // As any other file: readable by whom the user's mask allows.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.tempfile_in(parent).map_err(fault)?;
+    let file = begin(|| builder.tempfile_in(parent)).map_err(fault)?;
     let place = file.path().to_owned();
-    let under_way = UnderWay::begin(&place);
+    let under_way = UnderWay(&place);
     let mut open = file.as_file();
     if let Ok(old) = fs::metadata(path) {
         // What replaces a file is of the same owner, if that may be said, and open to the same people.
