@@ -10,6 +10,7 @@ pub(super) struct Again<M> {
     first: Box<dyn Simulation>,
     /// Those in finer steps, once they are needed.
     finer: Vec<Box<dyn Simulation>>,
+    /// Those of the first.
     settings: Settings,
     make: M,
 }
@@ -31,8 +32,8 @@ impl<M: Fn(&Settings) -> Option<Box<dyn Simulation>> + Send> Again<M> {
     ) -> Option<Result<Motion, Invalid>> {
         for halving in 0..HALVINGS {
             if self.finer.len() == halving {
-                self.settings.step /= 2.0;
-                let Some(finer) = (self.make)(&self.settings) else { break };
+                let step = self.settings.step / f64::from(2_u32 << halving);
+                let Some(finer) = (self.make)(&Settings { step, ..self.settings.clone() }) else { break };
                 self.finer.push(finer);
             }
             let made = self.finer.get_mut(halving)?.run_cases(stop, std::slice::from_ref(case))?;
