@@ -37,6 +37,17 @@ impl Observer for Log {
 }
 
 pub(crate) fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outcome, Vec<String>) {
+    search_from(rules, State::begin(Derivation::begin(rules)), seed, jobs, max)
+}
+
+/// A search that goes on from a state.
+pub(crate) fn search_from(
+    rules: &RuleSet,
+    state: State,
+    seed: u64,
+    jobs: usize,
+    max: u64,
+) -> (Outcome, Vec<String>) {
     let limits = Limits {
         seed,
         jobs: Jobs::new(jobs),
@@ -47,8 +58,7 @@ pub(crate) fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outc
     };
     let mut log = Log::default();
     let model = simulate::model("articulated").unwrap();
-    let outcome =
-        run(rules, Derivation::begin(rules), model, &limits, &AtomicBool::new(false), &mut log).unwrap();
+    let outcome = go_on(rules, state, model, &limits, &AtomicBool::new(false), &mut log).unwrap();
     (outcome, log.0)
 }
 

@@ -7,10 +7,10 @@ use sgc::results::robustness::final_check;
 use sgc::results::saved::{Grammar, SavedDesign};
 use sgc::results::{genuine, saving, summary};
 use sgc::scenarios;
-use sgc::search::{Best, Tune};
+use sgc::search::{Best, State, Tune};
 use sgc::simulate::Stop;
 
-use crate::search::{same_end, search};
+use crate::search::{same_end, search, search_from};
 use crate::support::{compile_texts, texts};
 
 const SET: &str = "scenarios workshop {
@@ -68,6 +68,22 @@ fn in_each(rules: &RuleSet, design: &SavedDesign) -> (Vec<f64>, f64) {
 fn saved(rules: &RuleSet, best: &Best) -> SavedDesign {
     let frozen = Grammar::freeze(rules, &grammar_lang::source::SourceMap::default(), &[]);
     saving::save(rules, frozen, 1, "articulated", best).unwrap()
+}
+
+/// A search that begins with a design ends with it or with a better one, however few evaluations it has.
+#[test]
+fn a_search_does_not_lose_the_design_that_it_begins_with() {
+    let rules = robust(WORST, &evolved("best").replace("30 %", "3 %"));
+    let given = search(&rules, 2, 2, 600).0.best.unwrap();
+    assert!(given.value > 0.0);
+    let curves = vec![given.tasks[0].parameters.clone()];
+    for seed in 1..=12 {
+        let state = State::begin_with((*given.derivation).clone(), curves.clone());
+        let (outcome, _) = search_from(&rules, state, seed, 2, 40);
+        let best = outcome.best.unwrap();
+        assert!(best.value >= given.value, "seed {seed}: {} after {}", best.value, given.value);
+        assert_eq!(in_each(&rules, &saved(&rules, &best)).1.to_bits(), best.value.to_bits());
+    }
 }
 
 /// The value of a best is what its objective says of the values in each world.

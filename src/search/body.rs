@@ -3,7 +3,7 @@
 use grammar_lang::ir::{RuleSet, Task};
 
 use super::aim::Aim;
-use super::curves::{Progress, Streams, Tuner};
+use super::curves::{Progress, Streams, Tuner, Warm};
 use super::evaluator::{Engine, Evaluator};
 use super::state::{Body, Tune, Tuned, Tuning, Worth};
 use super::tally::{Missing, Tally};
@@ -52,6 +52,8 @@ pub(super) struct Tasks<'a> {
     pub(super) streams: Streams,
     /// Curves to begin with, by task; none where they are drawn at random.
     pub(super) warm: Vec<Parameters>,
+    /// Whether the user gave these: the search must not lose them.
+    pub(super) is_given: bool,
     /// What is known of its curves, where they are tuned further.
     pub(super) further: Option<Tuned>,
     /// What the move is after, where a front is searched for.
@@ -120,7 +122,8 @@ impl<'a> Tasks<'a> {
                     tuned: self.further.as_ref().map_or(0, |further| further.times),
                     ..self.known.clone()
                 };
-                none.insert(Tuner::new(evaluator, streams, warm, self.bounds, known))
+                let begin = warm.map(|curves| Warm { curves: curves.clone(), is_given: self.is_given });
+                none.insert(Tuner::new(evaluator, streams, begin, self.bounds, known))
             }
         };
         if body.tuning.loops.is_none()

@@ -271,6 +271,7 @@ impl Helper {
             engine: Engine { crew: alone, ..engine },
             streams: super::curves(seed, number),
             warm,
+            is_given: false,
             further,
             aim,
             parent,

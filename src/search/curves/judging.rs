@@ -96,6 +96,38 @@ impl Tuner<'_> {
         evaluated: Evaluated,
         spent: &mut u64,
     ) -> Result<Counted, Failure> {
+        self.count_as(self.judge(), tuning, candidate, evaluated, spent)
+    }
+
+    /// Counts the curves that the user gave, which are the first of their body. They are judged in all worlds at once: what is
+    /// varied is kept only if it is better there.
+    pub(super) fn count_given(
+        &mut self,
+        tuning: &mut Tuning,
+        candidate: &Parameters,
+        evaluated: Evaluated,
+        spent: &mut u64,
+    ) -> Result<Counted, Failure> {
+        let nominal = evaluated.value.as_ref().ok().copied();
+        let judge = self.judge().map(|_| Judge::Every);
+        let counted = self.count_as(judge, tuning, candidate, evaluated, spent)?;
+        if let (Some(Judge::Best), Counted::Sound(_), Some(nominal)) = (self.judge(), counted, nominal) {
+            // The loop goes on with values in the nominal world.
+            let fitness = self.fitness(nominal);
+            tuning.highest = Some(fitness);
+            return Ok(Counted::Sound(fitness));
+        }
+        Ok(counted)
+    }
+
+    fn count_as(
+        &mut self,
+        judge: Option<Judge>,
+        tuning: &mut Tuning,
+        candidate: &Parameters,
+        evaluated: Evaluated,
+        spent: &mut u64,
+    ) -> Result<Counted, Failure> {
         let value = match &evaluated.value {
             Ok(value) => *value,
             // What fails at the very first is a mistake in the grammar.
@@ -108,7 +140,7 @@ impl Tuner<'_> {
         };
         let (before, unjudged) = (*spent, tuning.unjudged);
         let is_no_better = |fitness: f64| best(tuning).is_some_and(|best| fitness <= self.fitness(best));
-        let counted = match self.judge() {
+        let counted = match judge {
             None => self.count_nominal(tuning, candidate, evaluated, value, spent)?,
             Some(Judge::Promising) if is_no_better(self.fitness(value)) => {
                 Counted::Sound(self.fitness(value))

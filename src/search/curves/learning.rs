@@ -173,7 +173,7 @@ impl Tuner<'_> {
         let decision = self.evaluator.drive.decision()?;
         let mut agent = method.agent(&decision, &mut self.stream("learner"));
         if let Some(warm) = &self.warm {
-            agent.begin_with(warm);
+            agent.begin_with(&warm.curves);
         }
         let policy = agent.policy();
         Some((agent, policy))

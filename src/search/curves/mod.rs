@@ -59,6 +59,14 @@ impl Streams {
     }
 }
 
+/// Curves that a loop begins with.
+pub(super) struct Warm {
+    pub(super) curves: Parameters,
+    /// Whether the user gave them. These are judged in all worlds before anything is varied: what is found later is kept only if it is
+    /// better.
+    pub(super) is_given: bool,
+}
+
 /// The loop over the curves of one body for one task. What it knows is in a [`Tuning`]; here is only
 /// what can be made again.
 pub(super) struct Tuner<'a> {
@@ -66,7 +74,7 @@ pub(super) struct Tuner<'a> {
     forecast: Forecast,
     streams: Streams,
     /// Curves to begin with, if not with random ones.
-    warm: Option<Parameters>,
+    warm: Option<Warm>,
     bounds: Bounds<'a>,
     /// What the run knows already.
     known: Known,
@@ -79,12 +87,12 @@ impl<'a> Tuner<'a> {
     pub(super) fn new(
         evaluator: Evaluator<'a>,
         streams: Streams,
-        warm: Option<&Parameters>,
+        warm: Option<Warm>,
         bounds: Bounds<'a>,
         known: Known,
     ) -> Self {
         let forecast = Forecast::new(&evaluator, bounds.lanes);
-        let warm = warm.filter(|warm| evaluator.drive.fits(warm)).cloned();
+        let warm = warm.filter(|warm| evaluator.drive.fits(&warm.curves));
         Self { evaluator, forecast, streams, warm, bounds, known, spent: 0.0 }
     }
 
@@ -119,7 +127,7 @@ impl<'a> Tuner<'a> {
     /// Curves that a chain begins with. Only the first begins where the grammar says: the others are to begin elsewhere.
     fn start(&self, chain: usize) -> Parameters {
         match (&self.warm, chain) {
-            (Some(warm), 0) => warm.clone(),
+            (Some(warm), 0) => warm.curves.clone(),
             (_, 0) => self.evaluator.drive.begin(&mut self.stream("start")),
             _ => self.evaluator.drive.draw(&mut self.stream(&format!("start {chain}"))),
         }
@@ -184,7 +192,13 @@ impl<'a> Tuner<'a> {
         let mut fitness = Vec::with_capacity(chains);
         for (start, evaluated) in starts.iter().zip(values) {
             let each = evaluated.each.clone();
-            match self.count(&mut now, start, evaluated, &mut counted)? {
+            let is_given = self.warm.as_ref().is_some_and(|warm| warm.is_given && warm.curves == *start);
+            let start_counted = if is_given {
+                self.count_given(&mut now, start, evaluated, &mut counted)?
+            } else {
+                self.count(&mut now, start, evaluated, &mut counted)?
+            };
+            match start_counted {
                 Counted::Stopped => return self.stopped(),
                 counted => {
                     counted.fitness().into_iter().for_each(|new| self.offer(&mut now, start, new, &each));
