@@ -1,5 +1,6 @@
 //! Reading of what others wrote: never without bound, and never from a device.
 
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fs::{self, FileType};
 use std::io::{Error, ErrorKind, Read, Result};
@@ -11,6 +12,19 @@ pub const LONGEST: u64 = 64 << 20;
 
 /// The files that this process has read, links followed: a command writes over none of them.
 static READ: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+thread_local! {
+    /// Whether what this thread reads now may be written over afterwards.
+    static ONLY_LOOKS: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does something that reads files only to see whether they may be written over: [`was_read`] does not count them.
+pub fn only_looking<T>(look: impl FnOnce() -> T) -> T {
+    let before = ONLY_LOOKS.replace(true);
+    let seen = look();
+    ONLY_LOOKS.set(before);
+    seen
+}
 
 /// Whether this process has read a file, by whatever name.
 #[must_use]
@@ -72,7 +86,9 @@ fn open(path: &Path, may_be_pipe: bool) -> Result<fs::File> {
         return Err(Error::new(ErrorKind::InvalidInput, oddity));
     }
     let file = fs::File::open(path)?;
-    if let Ok(path) = fs::canonicalize(path) {
+    if !ONLY_LOOKS.get()
+        && let Ok(path) = fs::canonicalize(path)
+    {
         READ.lock().unwrap_or_else(PoisonError::into_inner).insert(path);
     }
     Ok(file)
@@ -138,6 +154,10 @@ mod tests {
         ["a", "b"].iter().for_each(|name| fs::write(at(name), name).unwrap());
         assert_eq!((named(&at("a")).unwrap(), to_replace(&at("b")).unwrap()), (b"a".into(), b"b".into()));
         assert!(was_read(&at("a")) && was_read(&folder.path().join("./a")) && !was_read(&at("b")));
+        assert_eq!(only_looking(|| own(&at("b"))).unwrap(), b"b");
+        assert!(!was_read(&at("b")));
+        own(&at("b")).unwrap();
+        assert!(was_read(&at("b")));
     }
 
     #[cfg(unix)]

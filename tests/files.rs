@@ -198,6 +198,38 @@ fn an_edited_table_of_a_report_is_kept() {
     assert_eq!(code(&sgc(&["report", &to])), 0);
 }
 
+/// A run does not replace one of which somebody has changed a file.
+#[test]
+fn an_edited_file_of_a_run_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let to = run.to_string_lossy().into_owned();
+    let grammar = quick_grammar(folder.path());
+    let begin_anew = || sgc(&["run", &grammar, "--force", "--max-evals", "20", "--out", &to]);
+    let sources = std::fs::read_dir(run.join("sources")).unwrap();
+    let source = sources.map(|file| file.unwrap().path()).next().unwrap();
+    let mut files: Vec<_> =
+        ["evals.csv", "best.design.json", "result.json", "run.toml"].map(|name| run.join(name)).into();
+    files.push(source);
+    for file in files {
+        let whole = std::fs::read_to_string(&file).unwrap();
+        let edited = whole.replacen('1', "2", 1);
+        assert_ne!(whole, edited);
+        std::fs::write(&file, &edited).unwrap();
+        let refused = begin_anew();
+        assert_eq!(code(&refused), 2, "{}: {}", file.display(), errors(&refused));
+        let message = errors(&refused);
+        assert!(message.contains("was changed since the run wrote it"), "{message}");
+        assert!(message.contains(&*file.file_name().unwrap().to_string_lossy()), "{message}");
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), edited);
+        std::fs::write(&file, &whole).unwrap();
+    }
+    // What is gone cannot be lost.
+    std::fs::remove_file(run.join("evals.csv")).unwrap();
+    let replaced = begin_anew();
+    assert_eq!(code(&replaced), 0, "{}", errors(&replaced));
+}
+
 /// A run does not replace the folder that holds its grammar.
 #[test]
 fn a_run_keeps_the_grammar_that_it_is_made_of() {

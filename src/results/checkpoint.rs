@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::evals::Mark;
+use super::run_files::{CHECKPOINT, EVALS, RUN};
 use super::saved::hex;
+use super::whole::read;
 use super::{Damage, FileError, Unfit};
 use crate::derive::Steps;
 use crate::reading;
@@ -101,4 +103,17 @@ impl Checkpoint {
 
 fn hash(text: &str) -> String {
     hex(&Sha256::digest(text))
+}
+/// How many rows of moves the checkpoint of a stopped run counts; none where there is no checkpoint that this program can read.
+///
+/// # Errors
+///
+/// A sentence: the rows that it counts were changed.
+pub(super) fn counted_rows(path: &Path) -> Result<Option<usize>, FileError> {
+    let run = hex(&Sha256::digest(read(&path.join(RUN))?));
+    match Checkpoint::read(&path.join(CHECKPOINT), &run) {
+        // Its first line names the columns.
+        Ok(checkpoint) => Ok(Some(checkpoint.evals.rows(&path.join(EVALS))?.saturating_sub(1))),
+        Err(_) => Ok(None),
+    }
 }

@@ -144,6 +144,11 @@ pub enum Unfit {
         /// Its name.
         foreign: String,
     },
+    /// Somebody changed it, and it would be removed.
+    #[error(
+        "was changed since the run wrote it, and --force would remove it: move it elsewhere, or choose another folder with --out"
+    )]
+    Touched,
     /// What is to be run is in the folder that the run would replace.
     #[error(
         "holds {file}, which this run was made of: --force would remove it; copy it elsewhere, or choose another place with --out"

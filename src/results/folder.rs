@@ -366,20 +366,6 @@ impl RunFolder {
     }
 }
 
-/// How many rows of moves the checkpoint of a stopped run counts; none where there is no checkpoint that this program can read.
-///
-/// # Errors
-///
-/// A sentence: the rows that it counts were changed.
-pub(super) fn counted_rows(path: &Path) -> Result<Option<usize>, FileError> {
-    let run = hex(&Sha256::digest(read(&path.join(RUN))?));
-    match Checkpoint::read(&path.join(CHECKPOINT), &run) {
-        // Its first line names the columns.
-        Ok(checkpoint) => Ok(Some(checkpoint.evals.rows(&path.join(EVALS))?.saturating_sub(1))),
-        Err(_) => Ok(None),
-    }
-}
-
 /// Takes the checkpoint of a complete run away: nobody goes on from there. A process that is killed at
 /// the very end leaves it.
 pub fn clear(path: &Path) {

@@ -113,9 +113,14 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let run = folder.path();
         fs::create_dir(run.join(archive::FOLDER)).unwrap();
-        let ours = [".sgc-Ab12Cd", "archive/.sgc-Ef34Gh"];
-        let others =
-            ["best.design.json", "archive/0-1.design.json", ".tmpnotes.txt", ".tmpAb12Cd", ".sgc-notes.txt"];
+        let ours = [".sgc-run.toml-Ab12Cd.part", "archive/.sgc-0-1.design.json-Ef34Gh.part"];
+        let others = [
+            "best.design.json",
+            "archive/0-1.design.json",
+            ".tmpnotes.txt",
+            ".sgc-backup",
+            ".sgc-notes.txt.part",
+        ];
         ours.iter().chain(&others).for_each(|name| fs::write(run.join(name), "").unwrap());
         fs::create_dir(run.join(".sgc-Folder")).unwrap();
         clear_within(run);

@@ -7,6 +7,7 @@ pub mod closely;
 mod columns;
 pub mod describe;
 mod design_error;
+mod edited;
 pub mod elsewhere;
 mod evals;
 mod file_error;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::edited::check_untouched;
 use super::processes::{self, PROCESSES};
 use super::run_files::{BEST, CHECKPOINT, EVALS, RESULT, RUN, SOURCES, asked, is_run};
 use super::seal::is_as_written;
@@ -64,6 +65,7 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, FileError> {
     if is_run(path) {
         // Not while it is under way.
         drop(lock(&path.join(RUN))?);
+        check_untouched(path)?;
     }
     Ok(true)
 }

@@ -12,10 +12,15 @@ use tempfile::NamedTempFile;
 use super::{FileError, Unfit, Unwritable};
 use crate::reading;
 
-/// How the names of files and folders begin that are not written to their end.
+/// How the names of files and folders begin that are not written to their end; the name that they are to have follows.
 const UNFINISHED: &str = ".sgc-";
-/// So many letters and digits that nobody else has follow.
+/// In the names of files, so many letters and digits that nobody else has follow that, and an ending.
 const DRAWN: usize = 6;
+const PART: &str = ".part";
+/// So much of the name that a file is to have is in that which it has meanwhile, in bytes: no name may be longer than 255.
+const NAMED: usize = 200;
+/// A file of this age is locked by the process that writes it, if there is one.
+const LOCKED_WITHIN: Duration = Duration::from_secs(10);
 
 /// The files that this process is writing.
 static UNDER_WAY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -75,8 +80,31 @@ const PATIENCE: usize = 5;
 
 /// Whether a name is of a file that was not written to its end.
 pub(crate) fn is_unfinished(name: &str) -> bool {
-    let drawn = name.strip_prefix(UNFINISHED);
+    let whole = name.strip_prefix(UNFINISHED).and_then(|name| name.strip_suffix(PART));
+    let drawn = whole.and_then(|name| name.rsplit_once('-')).map(|(_, drawn)| drawn);
     drawn.is_some_and(|drawn| drawn.len() == DRAWN && drawn.bytes().all(|byte| byte.is_ascii_alphanumeric()))
+}
+
+/// How the names of files begin that are to become this one.
+fn unfinished_file(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let end = (0..=name.len().min(NAMED)).rev().find(|end| name.is_char_boundary(*end)).unwrap_or(0);
+    format!("{UNFINISHED}{}-", &name[..end])
+}
+
+/// Removes what processes have left that were killed while they wrote this file.
+fn clear_unfinished_of(path: &Path, folder: &Path) {
+    let beginning = unfinished_file(path);
+    let names = entries(folder).unwrap_or_default();
+    for name in names.iter().filter(|name| name.starts_with(&beginning) && is_unfinished(name)) {
+        let place = folder.join(name);
+        let Ok(data) = fs::symlink_metadata(&place) else { continue };
+        let age = data.modified().ok().and_then(|then| then.elapsed().ok());
+        if data.is_file() && age.is_some_and(|age| age > LOCKED_WITHIN) && !is_locked(&place) {
+            // What cannot be removed does no harm.
+            let _ = fs::remove_file(place);
+        }
+    }
 }
 
 /// Removes the files in a folder that a process was writing when it was killed.
@@ -174,8 +202,10 @@ fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> 
         return Err(FileError::write(named)(Unwritable::NotRegular));
     }
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    clear_unfinished_of(path, parent);
     let mut builder = tempfile::Builder::new();
-    builder.prefix(UNFINISHED).rand_bytes(DRAWN);
+    let prefix = unfinished_file(path);
+    builder.prefix(&prefix).rand_bytes(DRAWN).suffix(PART);
     // As any other file: readable by whom the user's mask allows.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -183,6 +213,8 @@ fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> 
     let place = file.path().to_owned();
     let under_way = UnderWay(&place);
     let mut open = file.as_file();
+    // So that others see that it is written. Some file systems know no locks.
+    let _ = open.try_lock();
     if let Ok(old) = fs::metadata(path) {
         // What replaces a file is of the same owner, if that may be said, and open to the same people.
         #[cfg(unix)]
@@ -305,7 +337,11 @@ pub(super) fn lock(path: &Path) -> Result<fs::File, FileError> {
 /// The same for a run that is to go on: nothing is begun in a folder that cannot be written.
 pub(super) fn lock_again(path: &Path) -> Result<fs::File, FileError> {
     let folder = path.parent().unwrap_or(path);
-    let file = tempfile::Builder::new().prefix(UNFINISHED).rand_bytes(DRAWN).tempfile_in(folder);
+    let file = tempfile::Builder::new()
+        .prefix(&unfinished_file(path))
+        .rand_bytes(DRAWN)
+        .suffix(PART)
+        .tempfile_in(folder);
     let file = file.and_then(|_| fs::OpenOptions::new().read(true).write(true).open(path));
     let file = file.map_err(|why| FileError::write(folder)(Unwritable::NoSession(why)))?;
     hold(path, file)
@@ -364,6 +400,41 @@ mod tests {
         make_folder(&at("new"), Some(&at("old")), free, changed).unwrap();
         assert_eq!(read(&at("new/a")).unwrap(), "2");
         assert_eq!(read(&at("old/a")).unwrap(), "1");
+    }
+
+    #[test]
+    fn what_a_killed_process_left_of_a_file_goes_when_it_is_written_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let left = |name: &str, age: Duration| {
+            let file = fs::File::create(at(name)).unwrap();
+            file.set_modified(std::time::SystemTime::now() - age).unwrap();
+            file
+        };
+        let old = 2 * LOCKED_WITHIN;
+        let written = left(".sgc-page.html-Aaaaaa.part", old);
+        written.lock().unwrap();
+        for name in [".sgc-page.html-Bbbbbb.part", ".sgc-other.html-Cccccc.part", ".sgc-page.html-notes"] {
+            left(name, old);
+        }
+        left(".sgc-page.html-Dddddd.part", Duration::ZERO);
+        write_whole(&at("page.html"), "").unwrap();
+        let mut names = entries(folder.path()).unwrap();
+        names.sort_unstable();
+        let stays = [
+            ".sgc-other.html-Cccccc.part",
+            ".sgc-page.html-Aaaaaa.part",
+            ".sgc-page.html-Dddddd.part",
+            ".sgc-page.html-notes",
+            "page.html",
+        ];
+        assert_eq!(names, stays);
+        drop(written);
+
+        // A name may be as long as the system lets it.
+        let long = "ä".repeat(125) + ".html";
+        write_whole(&at(&long), "").unwrap();
+        assert!(at(&long).exists());
     }
 
     #[test]

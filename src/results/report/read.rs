@@ -11,8 +11,8 @@ use grammar_lang::source::SourceMap;
 use super::error::{Lost, ReportError};
 use super::moves::{Move, lineage, moves};
 use crate::results::DesignError;
+use crate::results::checkpoint;
 use crate::results::elsewhere::{Tested, tested};
-use crate::results::folder;
 use crate::results::genuine;
 use crate::results::place::{RUNS, is_series};
 use crate::results::processes::{self, Process};
@@ -293,7 +293,7 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, Report
         (None, Asker::Anybody | Asker::Gone) => Standing::Stopped,
     };
     if let Standing::Stopped = &standing
-        && let Some(rows) = folder::counted_rows(path)?
+        && let Some(rows) = checkpoint::counted_rows(path)?
     {
         // What was written after the checkpoint is made again.
         moves.truncate(rows);
