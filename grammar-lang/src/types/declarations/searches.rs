@@ -57,6 +57,7 @@ impl Declarations<'_> {
         let with_rods = from.values.contains_key(KEEP_WITH_RODS).then(|| {
             let keep = self.number(&from, KEEP_WITH_RODS, Dimension::NUMBER, Sign::NotNegative, "50 %", &cx);
             self.check_share(&from, KEEP_WITH_RODS, "50 %", keep);
+            self.check_usual_share_with_rods(&from, keep);
             keep
         });
         let checks = from.values.get("checks").map(|(_, tree)| self.checks(tree));
@@ -139,6 +140,22 @@ impl Declarations<'_> {
             return;
         };
         self.report(Diagnostic::new(Code::UNUSUAL, tree.span, message).label(label).help(help));
+    }
+
+    /// Warns of a share with which a check with elastic rods says nothing.
+    fn check_usual_share_with_rods(&mut self, from: &Values<'_>, keep: Option<f64>) {
+        let (Some(keep), Some((_, tree))) = (keep, from.values.get(KEEP_WITH_RODS)) else { return };
+        if keep < LEAST_KEPT {
+            self.report(
+                Diagnostic::new(
+                    Code::UNUSUAL,
+                    tree.span,
+                    "with this `keep_with_rods`, a best may lose nearly all of its value with elastic rods",
+                )
+                .label("so no check can fail, but each costs a motion")
+                .help("write `keep_with_rods = 50 %`, or leave the line out"),
+            );
+        }
     }
 
     fn body_loop(&mut self, block: &Block, damaged: bool) -> Option<ir::BodyLoop> {

@@ -12,6 +12,7 @@ use crate::source::Span;
 use crate::syntax::ast::{self, Item, ItemKind, Name};
 use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::context::Context;
+use crate::types::expressions::fit::article;
 use crate::types::expressions::stage::Stage;
 use crate::types::expressions::task;
 use crate::units::{self, Dimension};
@@ -306,7 +307,7 @@ impl<'a> Declarations<'a> {
                     Diagnostic::new(
                         Code::WRONG_TYPE,
                         value.span,
-                        format!("the objective must be a number, but this is a {}", value.ty),
+                        format!("the objective must be a number, but this is {}", article(&value.ty)),
                     )
                     .label("not a number"),
                 );

@@ -12,6 +12,9 @@ use crate::syntax::ast::{Item, ItemKind, Name};
 use crate::syntax::declarations::BlockKind;
 use crate::units::{self, Unit};
 
+/// What an actuation has of which there is one.
+const SHARED: &str = "shared variable";
+
 impl Expressions<'_> {
     pub(super) fn name(&mut self, name: &str, span: Span, cx: &mut Context) -> Expr {
         let make = |kind, ty| Expr { kind, ty, span };
@@ -325,12 +328,18 @@ impl Expressions<'_> {
                     let ty = if variable.size.is_some() { Ty::List(Box::new(ty)) } else { ty };
                     return Some(Expr { kind: ExprKind::Shared(head.clone(), name.text.clone()), ty, span });
                 }
-                (shared.iter().map(|v| v.name.text.as_str()).collect(), "shared variable")
+                (shared.iter().map(|v| v.name.text.as_str()).collect(), SHARED)
             }
             _ => return None,
         };
-        let help =
-            did_you_mean(&name.text, offers.iter().copied()).unwrap_or_else(|| match offers.as_slice() {
+        let of_all = match program.lookup(name.span, &name.text) {
+            Some((_, Item { kind: ItemKind::Shared(_), .. })) if what == SHARED => Some(&name.text),
+            _ => None,
+        };
+        let help = of_all
+            .map(|of_all| format!("`{of_all}` belongs to no actuation: write only `{of_all}`"))
+            .or_else(|| did_you_mean(&name.text, offers.iter().copied()))
+            .unwrap_or_else(|| match offers.as_slice() {
                 [] => format!("it has no {what}: declare one, as in `shared {} : ...`", name.text),
                 _ => format!("it has: {}", offers.join(", ")),
             });
@@ -341,7 +350,8 @@ impl Expressions<'_> {
                 format!("`{head}` has no {what} `{}`", name.text),
             )
             .label("not known")
-            .help(help),
+            .help(help)
+            .fix_if(of_all.map(|name| Fix::replace(span, name.clone(), format!("write `{name}`")))),
         );
         Some(unknown(span))
     }
