@@ -218,13 +218,14 @@ impl Derivation {
         for effect in effects {
             let made = next.design.clone();
             let scope = DesignScope::new(rules, self).with_made(&made);
-            let made = self.carry_out_one(next, effect, &scope, locals, under_way)?;
-            locals.extend(made.map(|made| Value::Reference(Reference::Part(made))));
+            let values = self.carry_out_one(next, effect, &scope, locals, under_way)?;
+            locals.extend(values);
         }
         Ok(())
     }
 
-    /// Carries out an effect that reads what `scope` shows; gives the part that it makes.
+    /// Carries out an effect that reads what `scope` shows; gives what later ones can read of it: the part that it makes, the lists of
+    /// what a block has made, or a value.
     fn carry_out_one(
         &self,
         next: &mut Self,
@@ -232,7 +233,7 @@ impl Derivation {
         scope: &DesignScope<'_>,
         locals: &mut Vec<Value>,
         under_way: &mut UnderWay<'_>,
-    ) -> Result<Option<PartId>, Blocked> {
+    ) -> Result<Vec<Value>, Blocked> {
         let rules = scope.rules();
         let step = under_way.step;
         let made = match effect {
@@ -276,7 +277,9 @@ impl Derivation {
                 Painter { rules, scope, cells, step }.paint(&mut next.design, locals)?;
                 None
             }
-            Effect::Repeat { over, effects } => {
+            Effect::Let(value) => return Ok(vec![evaluate(value, scope, locals)?]),
+            Effect::Repeat { over, effects, lists } => {
+                let before = under_way.made.len();
                 repeated::each(over, scope, locals, under_way, &mut |locals, under_way| {
                     // One that stands alone reads nothing that its repetitions make.
                     if let [effect] = effects.as_slice() {
@@ -284,12 +287,12 @@ impl Derivation {
                     }
                     self.carry_out_each(next, rules, effects, locals, under_way)
                 })?;
-                None
+                return Ok(under_way.lists(effects, lists, before, locals));
             }
         };
         let maker = under_way.makers.iter().position(|maker| std::ptr::eq(*maker, effect));
         under_way.made.extend(maker.zip(made));
-        Ok(made)
+        Ok(made.map(|made| Value::Reference(Reference::Part(made))).into_iter().collect())
     }
 
     /// Takes a step back: all others are repeated with their recorded choices.

@@ -1,7 +1,7 @@
 //! Effects that are repeated: `for i in 0 .. 3`, `for w in wheel`.
 
 use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
-use grammar_lang::ir::{Binder, Effect, ExprKind};
+use grammar_lang::ir::{Binder, Effect, ExprKind, MadeList};
 
 use super::{Blocked, DesignScope};
 use crate::design::PartId;
@@ -16,6 +16,30 @@ pub(super) struct UnderWay<'e> {
     pub(super) makers: Vec<&'e Effect>,
     /// What was made so far, with the number of the effect that made it.
     pub(super) made: Vec<(usize, PartId)>,
+}
+
+impl UnderWay<'_> {
+    /// The lists of what a block has made: all that was made since there were `before` parts.
+    pub(super) fn lists(
+        &self,
+        effects: &[Effect],
+        lists: &[MadeList],
+        before: usize,
+        locals: &[Value],
+    ) -> Vec<Value> {
+        let own = Effect::makers(effects);
+        let is_first = |maker: &&Effect| own.first().is_some_and(|first| std::ptr::eq(*maker, *first));
+        let first = self.makers.iter().position(is_first).unwrap_or(0);
+        let made = self.made.get(before..).unwrap_or(&[]);
+        let list = |list: &MadeList| {
+            let earlier =
+                list.after.and_then(|slot| locals.get(slot)).map_or(&[][..], |earlier| earlier.items());
+            let is_its = |(maker, _): &&(usize, PartId)| list.makers.iter().any(|own| first + own == *maker);
+            let parts = made.iter().filter(is_its).map(|(_, part)| Value::Reference(Reference::Part(*part)));
+            Value::List(earlier.iter().cloned().chain(parts).collect())
+        };
+        lists.iter().map(list).collect()
+    }
 }
 
 /// How often what an effect says may be repeated, all blocks within each other together.

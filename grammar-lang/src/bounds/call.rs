@@ -72,6 +72,8 @@ impl Reasoning<'_> {
             | F::Height
             | F::Gain
             | F::Vector
+            | F::Rotated
+            | F::Inverse
             | F::Bezier
             | F::Cycle
             | F::Solid(_)

@@ -159,10 +159,20 @@ impl Reasoning<'_> {
     ) {
         for effect in effects {
             look(self, effect);
-            if let Effect::Repeat { over, effects } = effect {
-                let depth = self.locals.len();
-                self.through_repeated(over, effects, seen, look);
-                self.locals.truncate(depth);
+            match effect {
+                Effect::Repeat { over, effects, lists } => {
+                    let depth = self.locals.len();
+                    self.through_repeated(over, effects, seen, look);
+                    self.locals.truncate(depth);
+                    let some = Interval::NOT_NEGATIVE;
+                    let list = || Abstract::Many(Box::new(Abstract::Part(Kinds::all())), some);
+                    self.locals.extend(lists.iter().map(|_| list()));
+                }
+                Effect::Let(value) => {
+                    let value = self.value(value);
+                    self.locals.push(value);
+                }
+                _ => {}
             }
             let made = self.made_by(effect).map(Abstract::Part);
             self.locals.extend(made);

@@ -117,6 +117,8 @@ impl Evaluation<'_> {
             | F::Heading
             | F::Bearing
             | F::Inclination
+            | F::Rotated
+            | F::Inverse
             | F::Angle => geometric(function, &values).ok_or_else(|| missing(expr))?,
             F::Count => Value::Number(list(0)?.len() as f64),
             F::Each => {
@@ -201,12 +203,21 @@ fn geometric(function: Function, values: &[Value]) -> Option<Value> {
             Value::Number(libm::acos((1.0 - 2.0 * (x * x + z * z)).clamp(-1.0, 1.0)))
         }
         (F::Bearing, [Value::Vector([x, _, z])]) => Value::Number(libm::atan2(-z, *x)),
+        (F::Rotated, [Value::Vector(v), Value::Rotation(q)]) => Value::Vector(rotated(*v, *q)),
+        (F::Inverse, [Value::Rotation([w, x, y, z])]) => Value::Rotation([*w, -x, -y, -z]),
         (F::Angle, [Value::Rotation(a), Value::Rotation(b)]) => {
             let dot: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
             Value::Number(2.0 * libm::acos(dot.abs().min(1.0)))
         }
         _ => return None,
     })
+}
+
+/// A vector after a rotation that is given by a unit quaternion (w, x, y, z): `v + 2 w (q x v) + 2 q x (q x v)`.
+fn rotated([x, y, z]: [f64; 3], [w, a, b, c]: [f64; 4]) -> [f64; 3] {
+    // Twice the cross product of the quaternion's vector with v, and that vector crossed with it.
+    let [t, u, v] = [2.0 * (b * z - c * y), 2.0 * (c * x - a * z), 2.0 * (a * y - b * x)];
+    [x + w * t + b * v - c * u, y + w * u + c * t - a * v, z + w * v + a * u - b * t]
 }
 
 /// The states of valves that take turns: `cycle(period, shares, states, phase)`.
@@ -219,4 +230,40 @@ fn turns(values: &[Value]) -> Option<Result<Valves, NoCycle>> {
     };
     let states: Vec<Valve> = states.items().iter().map(state).collect::<Option<_>>()?;
     Some(Valves::cycle(*period, &shares, &states, *phase))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(value: Option<Value>, wanted: [f64; 3]) -> bool {
+        let Some(Value::Vector(value)) = value else { return false };
+        value.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12)
+    }
+
+    /// The rotation by an angle about an axis of length 1.
+    fn about([x, y, z]: [f64; 3], angle: f64) -> Value {
+        let (sin, cos) = (libm::sin(angle / 2.0), libm::cos(angle / 2.0));
+        Value::Rotation([cos, x * sin, y * sin, z * sin])
+    }
+
+    #[test]
+    fn a_vector_is_rotated_and_back() {
+        let quarter = about([0.0, 0.0, 1.0], std::f64::consts::FRAC_PI_2);
+        let rotated = |v: [f64; 3], by: &Value| geometric(Function::Rotated, &[Value::Vector(v), by.clone()]);
+        assert!(near(rotated([2.0, 0.0, 0.0], &quarter), [0.0, 2.0, 0.0]));
+        assert!(near(rotated([0.0, 2.0, 0.0], &quarter), [-2.0, 0.0, 0.0]));
+        let odd = about([0.48, -0.6, 0.64], 2.1);
+        let back = geometric(Function::Inverse, std::slice::from_ref(&odd)).unwrap();
+        let Some(Value::Vector(there)) = rotated([0.3, -1.2, 0.7], &odd) else { panic!("no vector") };
+        assert!(near(rotated(there, &back), [0.3, -1.2, 0.7]));
+        // What the other functions say of a rotation follows from where it turns the axes to.
+        let ahead = rotated([1.0, 0.0, 0.0], &odd).unwrap();
+        let Some(Value::Vector([_, up, _])) = rotated([0.0, 1.0, 0.0], &odd) else { panic!("no vector") };
+        let asked =
+            |function, of: Value| geometric(function, &[of]).and_then(|value| value.as_number()).unwrap();
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        assert!(near(asked(Function::Heading, odd.clone()), asked(Function::Bearing, ahead)));
+        assert!(near(asked(Function::Inclination, odd), libm::acos(up)));
+    }
 }

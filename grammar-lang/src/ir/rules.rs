@@ -185,7 +185,22 @@ pub enum Effect {
         over: Vec<Binder>,
         /// What is done. The parts that it makes take slots until it is done again.
         effects: Vec<Effect>,
+        /// The lists of what it has made, by name: each takes the next local slot afterwards.
+        lists: Vec<MadeList>,
     },
+    /// Works out a value, which takes the next local slot.
+    Let(Expr),
+}
+
+/// The parts that a block has made under one name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MadeList {
+    /// What it is called.
+    pub name: String,
+    /// Which effects of the block make them: their numbers among those that make parts.
+    pub makers: Vec<usize>,
+    /// The slot of the list that it goes on with: what blocks above have made under the same name.
+    pub after: Option<usize>,
 }
 
 impl Effect {
@@ -228,9 +243,9 @@ impl Effect {
                 [part, with].into_iter().chain(ends).collect()
             }
             Self::Set { part, value, .. } => vec![part, value],
-            Self::Remove(e) | Self::Revert(e) => vec![e],
+            Self::Remove(e) | Self::Revert(e) | Self::Let(e) => vec![e],
             Self::Cells(cells) => [&cells.region].into_iter().chain(&cells.with).collect(),
-            Self::Repeat { over, effects } => {
+            Self::Repeat { over, effects, .. } => {
                 let over = over.iter().map(|binder| &binder.over);
                 over.chain(effects.iter().flat_map(Self::exprs)).collect()
             }
@@ -348,16 +363,23 @@ impl Writer<'_> {
             }
             match effect {
                 Effect::Attach { .. } | Effect::Replace { .. } => names.push(made),
-                Effect::Repeat { over, effects } => {
-                    let (mut names, over) = self.repeated(over, names);
-                    let alone = if let [one] = effects.as_slice() { self.effect(one, &names) } else { None };
+                Effect::Let(value) => {
+                    let value = self.expr(value, names);
+                    let name = format!("x{}", names.len());
+                    self.line(depth, format!("let {name} = {value}"));
+                    names.push(name);
+                }
+                Effect::Repeat { over, effects, lists } => {
+                    let (mut inner, over) = self.repeated(over, names);
+                    let alone = if let [one] = effects.as_slice() { self.effect(one, &inner) } else { None };
                     if let Some(text) = alone {
                         self.line(depth, format!("{text} for {over}"));
                     } else {
                         self.line(depth, format!("for {over} {{"));
-                        self.effects(depth + 1, effects, &mut names, bound);
+                        self.effects(depth + 1, effects, &mut inner, bound);
                         self.line(depth, "}");
                     }
+                    names.extend(lists.iter().map(|list| list.name.clone()));
                 }
                 _ => {}
             }
@@ -383,7 +405,7 @@ impl Writer<'_> {
             }
             Effect::Revert(step) => format!("revert {}", self.expr(step, names)),
             Effect::Cells(cells) => self.cells(cells, names),
-            Effect::Repeat { .. } => return None,
+            Effect::Repeat { .. } | Effect::Let(_) => return None,
         })
     }
 

@@ -119,6 +119,8 @@ words! {
         Heading "heading" "heading(rotation): where x points along the ground, seen from above; left of forward is positive.";
         Bearing "bearing" "bearing(vector): where a vector points along the ground, seen from above; left of forward is positive.";
         Inclination "inclination" "inclination(rotation): how far the y axis leans from the vertical, 0 deg to 180 deg.";
+        Rotated "rotated" "rotated(vector, rotation): a vector of a body's own frame in the axes of the world, if that is the body's rotation.";
+        Inverse "inverse" "inverse(rotation): the rotation back.";
         Wrap "wrap" "wrap(angle): the same direction within -180 deg .. 180 deg.";
         Count "count" "How many parts of a kind, or items of a list, there are.";
         Each "each" "each(list, n): every item n times in a row.";

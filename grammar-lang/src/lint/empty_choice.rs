@@ -60,7 +60,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Effect::Set { attribute: Settable::Turn, .. }
                 | Effect::Remove(_)
                 | Effect::Revert(_)
-                | Effect::Repeat { .. } => {}
+                | Effect::Repeat { .. }
+                | Effect::Let(_) => {}
             },
         );
     }

@@ -184,6 +184,8 @@ fn removed_again(rule: &Rule) -> Option<Span> {
                     return Some(part.span);
                 }
             }
+            Effect::Repeat { lists, .. } => slot += lists.len(),
+            Effect::Let(_) => slot += 1,
             _ => {}
         }
     }
@@ -194,7 +196,7 @@ fn removed_again(rule: &Rule) -> Option<Span> {
 fn repeated_once(effects: &[Effect]) -> Vec<Span> {
     let mut found = Vec::new();
     for effect in effects {
-        let Effect::Repeat { over, effects } = effect else { continue };
+        let Effect::Repeat { over, effects, .. } = effect else { continue };
         for binder in over {
             if let ExprKind::Range(low, high) = &binder.over.kind
                 && let (ExprKind::Number(low), ExprKind::Number(high)) = (&low.kind, &high.kind)

@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::{Declaration, Program};
-use crate::source::Span;
-use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind};
+use crate::syntax::ast::{Item, ItemKind};
 
 /// The shared variables of a program, and the values and functions that read some, themselves or through others.
 #[derive(Debug, Default)]
@@ -32,7 +31,7 @@ impl Sharing {
         let mut readers: BTreeMap<Declaration, Vec<Declaration>> = BTreeMap::new();
         for (reader, item) in program.items() {
             let ItemKind::Let(_, _, value) = &item.kind else { continue };
-            each_name(value, &mut |name, span| {
+            value.each_name(&mut |name, span| {
                 if let Some((read, Item { kind: ItemKind::Let(..) | ItemKind::Shared(_), .. })) =
                     program.lookup(span, name)
                 {
@@ -96,42 +95,5 @@ impl Sharing {
             }
         }
         ordered
-    }
-}
-
-/// Calls `told` with each name of an expression and its place.
-fn each_name(expr: &Expr, told: &mut impl FnMut(&str, Span)) {
-    let mut next = vec![expr];
-    while let Some(expr) = next.pop() {
-        match &expr.kind {
-            ExprKind::Quantity(..) | ExprKind::Text(_) | ExprKind::Bool(_) => {}
-            ExprKind::Name(name) => told(name, expr.span),
-            ExprKind::Member(of, _) | ExprKind::Convert(of, _) | ExprKind::Negate(of) | ExprKind::Not(of) => {
-                next.push(of);
-            }
-            ExprKind::Call(callee, arguments) => {
-                next.push(callee);
-                next.extend(arguments.iter().map(|argument| &argument.value));
-            }
-            ExprKind::Index(a, b)
-            | ExprKind::At(a, b)
-            | ExprKind::Binary(a, _, b)
-            | ExprKind::Narrowed(a, b)
-            | ExprKind::Exchanged(a, b)
-            | ExprKind::Range(a, b) => next.extend([&**a, &**b]),
-            ExprKind::If(a, b, c) => next.extend([&**a, &**b, &**c]),
-            ExprKind::Cases(of, cases, otherwise) => {
-                next.push(of);
-                next.extend(cases.iter().flat_map(|(case, value)| [case, value]));
-                next.extend(otherwise.as_deref());
-            }
-            ExprKind::Aggregate { share, binders, condition, body, otherwise, .. } => {
-                next.extend(binders.iter().map(|binder| &binder.over));
-                next.extend(
-                    [share, condition, body, otherwise].into_iter().filter_map(|part| part.as_deref()),
-                );
-            }
-            ExprKind::Set(items) | ExprKind::List(items) => next.extend(items),
-        }
     }
 }

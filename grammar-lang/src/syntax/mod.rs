@@ -12,6 +12,7 @@ mod lower;
 mod operators;
 mod parse;
 mod parser;
+mod reads;
 mod recover;
 mod slip;
 mod strange;

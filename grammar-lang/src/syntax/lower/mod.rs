@@ -280,7 +280,7 @@ impl<'a> Lowering<'a> {
             let rule = node.as_rule();
             out.alone |= rule == Rule::alone_part;
             if rule == Rule::for_part {
-                out.over = self.binders(node);
+                out.over = self.repetition(node);
                 continue;
             }
             let Some(inner) = parts(node).next().filter(|_| rule != Rule::alone_part) else { continue };
@@ -294,9 +294,21 @@ impl<'a> Lowering<'a> {
         out
     }
 
-    /// `for i in 0 .. 3, j in 0 .. 3`
-    fn binders(&mut self, for_part: Node<'_>) -> Vec<super::ast::Binder> {
-        parts(for_part).filter_map(|node| self.binder(node)).collect()
+    /// `for i in 0 .. 3, j in 0 .. 3 where i < j`
+    fn repetition(&mut self, for_part: Node<'a>) -> Repetition {
+        parts(for_part).next().map_or_else(Repetition::default, |binders| self.binders(binders))
+    }
+
+    /// `i in 0 .. 3, j in 0 .. 3 where i < j`
+    fn binders(&mut self, binders: Node<'a>) -> Repetition {
+        let mut out = Repetition::default();
+        for node in parts(binders) {
+            match node.as_rule() {
+                Rule::where_part => out.condition = parts(node).next().and_then(|e| self.expr(e)),
+                _ => out.over.extend(self.binder(node)),
+            }
+        }
+        out
     }
 
     fn link(&mut self, node: Node<'_>) -> Option<Link> {
@@ -372,7 +384,7 @@ impl<'a> Lowering<'a> {
         let mut inner = parts(node).peekable();
         let region = self.expr(inner.next()?)?;
         let with = inner.next_if(|n| n.as_rule() == Rule::expr).and_then(|n| self.expr(n));
-        let over = inner.next().map_or_else(Vec::new, |part| self.binders(part));
+        let over = inner.next().map_or_else(Repetition::default, |part| self.repetition(part));
         Some(repeated(RuleClauseKind::Cells { how, region, with }, over, span))
     }
 
@@ -413,7 +425,11 @@ impl<'a> Lowering<'a> {
                 let attach = RuleClauseKind::Attach { what, port: to?, turned, by, alone, product };
                 return Some(repeated(attach, over, span));
             }
-            Rule::remove_clause => RuleClauseKind::Remove(self.expr(inner.next()?)?),
+            Rule::remove_clause => {
+                let part = self.expr(inner.next()?)?;
+                let over = inner.next().map_or_else(Repetition::default, |part| self.repetition(part));
+                return Some(repeated(RuleClauseKind::Remove(part), over, span));
+            }
             Rule::replace_clause => {
                 let (part, with) = (self.expr(inner.next()?)?, self.expr(inner.next()?)?);
                 let (mut between, mut product) = (None, None);
@@ -430,23 +446,22 @@ impl<'a> Lowering<'a> {
             }
             Rule::set_clause => {
                 let (target, value) = (self.expr(inner.next()?)?, self.expr(inner.next()?)?);
-                let over = inner.next().map_or_else(Vec::new, |part| self.binders(part));
+                let over = inner.next().map_or_else(Repetition::default, |part| self.repetition(part));
                 return Some(repeated(RuleClauseKind::Set { target, value }, over, span));
             }
             Rule::repeat_clause => {
-                let (binders, clauses): (Vec<_>, Vec<_>) =
-                    inner.partition(|node| node.as_rule() == Rule::binder);
-                let over = binders.into_iter().filter_map(|n| self.binder(n)).collect();
-                let clauses = clauses.into_iter().filter_map(|n| self.rule_clause(n)).collect();
-                RuleClauseKind::Repeat { over, clauses }
+                let Repetition { over, condition } = self.binders(inner.next()?);
+                let clauses = inner.filter_map(|n| self.rule_clause(n));
+                RuleClauseKind::Repeat {
+                    over,
+                    clauses: condition.map(guard).into_iter().chain(clauses).collect(),
+                }
             }
             Rule::if_clause => {
-                let condition = self.expr(inner.next()?)?;
-                let place = condition.span;
-                let guard = RuleClause { kind: RuleClauseKind::Guard(true, condition), span: place };
+                let condition = guard(self.expr(inner.next()?)?);
                 let clauses = inner.filter_map(|n| self.rule_clause(n));
                 // Done once, where the condition holds.
-                RuleClauseKind::Repeat { over: Vec::new(), clauses: once(guard).chain(clauses).collect() }
+                RuleClauseKind::Repeat { over: Vec::new(), clauses: once(condition).chain(clauses).collect() }
             }
             Rule::revert_clause => RuleClauseKind::Revert(self.expr(inner.next()?)?),
             Rule::fill_clause | Rule::paint_clause | Rule::clear_clause => return self.cells(node),
@@ -531,16 +546,30 @@ struct Attachment {
     by: Option<Name>,
     alone: bool,
     product: Option<Name>,
+    over: Repetition,
+}
+
+/// What a clause is repeated for.
+#[derive(Default)]
+struct Repetition {
     over: Vec<super::ast::Binder>,
+    /// For which of them.
+    condition: Option<Expr>,
 }
 
 /// A clause that may be repeated.
-fn repeated(kind: RuleClauseKind, over: Vec<super::ast::Binder>, span: Span) -> RuleClause {
+fn repeated(kind: RuleClauseKind, Repetition { over, condition }: Repetition, span: Span) -> RuleClause {
     let clause = RuleClause { kind, span };
     if over.is_empty() {
         return clause;
     }
-    RuleClause { kind: RuleClauseKind::Repeat { over, clauses: vec![clause] }, span }
+    let clauses = condition.map(guard).into_iter().chain(once(clause)).collect();
+    RuleClause { kind: RuleClauseKind::Repeat { over, clauses }, span }
+}
+
+/// The condition of a block, for all that stands in it.
+fn guard(condition: Expr) -> RuleClause {
+    RuleClause { span: condition.span, kind: RuleClauseKind::Guard(true, condition) }
 }
 
 fn unquote(node: &Node<'_>) -> String {

@@ -74,7 +74,7 @@ impl Declarations<'_> {
             let item = checked.as_ref().map_or(Ty::Unknown, |v| v.ty.clone());
             let ty = Self::type_of_variable(variable, item);
             // It is known by its declaration: its name may mean something else here.
-            cx.locals.push(Local { name: String::new(), ty, span: variable.name.span });
+            cx.locals.push(Local::new("", ty, variable.name.span));
             variables.extend(checked.map(|v| ir::Variable { owner: ir::Owner::Everyone, ..v }));
         }
         for clause in clauses {
@@ -96,7 +96,7 @@ impl Declarations<'_> {
         for (name, value) in everyones.values() {
             let value = self.value_of_everyone(value, &mut outside);
             // It is known by its declaration: its name may mean something else here.
-            let local = Local { name: String::new(), ty: value.ty.clone(), span: name.span };
+            let local = Local::new("", value.ty.clone(), name.span);
             outside.locals.push(local.clone());
             cx.locals.push(local);
             values.add(name, value);

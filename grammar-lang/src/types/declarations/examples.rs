@@ -3,6 +3,7 @@
 use indexmap::{IndexMap, IndexSet};
 
 use super::Declarations;
+use super::rules::makers_of;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Effect, Expr, ExprKind, Matched, Spread, Ty};
 use crate::source::Span;
@@ -105,12 +106,12 @@ impl Declarations<'_> {
                 ExampleClause::Step(name, application) => {
                     let checked = self.application(example, application, rules, &mut cx);
                     let ty = checked.as_ref().map_or(Ty::Unknown, |(_, ty)| ty.clone());
-                    cx.locals.push(Local { name: String::new(), ty: Ty::Step, span: name.span });
+                    cx.locals.push(Local::new("", Ty::Step, name.span));
                     self.expressions.bind(name, ty, &mut cx);
                     let named = self.products(&application.rule);
                     for (_, product, ty) in &named {
                         let local = format!("{}.{}", name.text, product.text);
-                        cx.locals.push(Local { name: local, ty: ty.clone(), span: product.span });
+                        cx.locals.push(Local::new(local, ty.clone(), product.span));
                     }
                     if let Some((application, _)) = checked {
                         let products = named.into_iter().map(|(makers, ..)| makers).collect();
@@ -130,7 +131,7 @@ impl Declarations<'_> {
             return Vec::new();
         };
         let mut named: Vec<(Vec<usize>, Name, Ty)> = Vec::new();
-        for (number, (product, is_repeated)) in makers(clauses, false).into_iter().enumerate() {
+        for (number, (product, is_repeated)) in makers(clauses).into_iter().enumerate() {
             let Some(product) = product else { continue };
             let active = self.expressions.actuators_made.contains(&product.span);
             let one = if active { Ty::Actuator } else { Ty::Part };
@@ -306,14 +307,11 @@ impl Declarations<'_> {
     }
 }
 
-/// What clauses make: of each line that makes parts the kind, the name, and whether it is repeated.
-fn makers(clauses: &[ast::RuleClause], is_repeated: bool) -> Vec<(Option<&Name>, bool)> {
-    use ast::RuleClauseKind as Kind;
-    let made = clauses.iter().flat_map(|clause| match &clause.kind {
-        Kind::Attach { product, .. } => vec![(product.as_ref(), is_repeated)],
-        Kind::Replace { product, .. } => vec![(product.as_ref(), is_repeated)],
-        Kind::Repeat { clauses, .. } => makers(clauses, true),
-        _ => Vec::new(),
+/// What clauses make: of each line that makes parts the name, and whether it is repeated.
+fn makers(clauses: &[ast::RuleClause]) -> Vec<(Option<&Name>, bool)> {
+    let made = clauses.iter().flat_map(|clause| {
+        let is_repeated = matches!(clause.kind, ast::RuleClauseKind::Repeat { .. });
+        makers_of(std::slice::from_ref(clause)).into_iter().map(move |name| (name, is_repeated))
     });
     made.collect()
 }

@@ -2,6 +2,7 @@
 
 mod actuations;
 mod actuators;
+mod blocks;
 mod everyones;
 mod examples;
 mod extent;

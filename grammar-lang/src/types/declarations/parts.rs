@@ -88,7 +88,7 @@ impl Declarations<'_> {
                 _ => None,
             });
             let span = span.unwrap_or(block.name.span);
-            cx.locals.push(Local { name: name.clone(), ty: param.ty.clone(), span });
+            cx.locals.push(Local::new(name.clone(), param.ty.clone(), span));
         }
         cx
     }

@@ -38,6 +38,7 @@ impl Declarations<'_> {
         let matches = self.all_matches(clauses, &mut cx);
         let choices = self.choices(clauses, &mut cx);
         self.tell_of_made_later(found, clauses);
+        let late = late_values(clauses);
         let bound = cx.locals.len();
         let mut guards = Vec::new();
         let mut effects = Vec::new();
@@ -49,7 +50,9 @@ impl Declarations<'_> {
                     // A guard is asked before the effects: it does not see what they make.
                     let mut before = cx.clone();
                     before.locals.truncate(bound);
+                    let known = self.expressions.errors.len();
                     let condition = self.expressions.expect(condition, &mut before, &Ty::Bool, what);
+                    self.tell_of_guarded(known, &cx);
                     let needs = highest_local(&condition, bound);
                     let condition = if *positive {
                         condition
@@ -70,6 +73,11 @@ impl Declarations<'_> {
                         );
                     }
                 }
+                RuleClauseKind::Let(name, value) if late.contains(&place) => {
+                    let known = self.expressions.errors.len();
+                    effects.push(self.late_value(name, value, &mut cx));
+                    self.tell_of_makers(known, clauses, place);
+                }
                 kind => {
                     let known = self.expressions.errors.len();
                     effects.extend(self.effect(kind, &mut cx));
@@ -88,7 +96,12 @@ impl Declarations<'_> {
         self.check_space(clauses);
         if !damaged && self.expressions.errors.len() == found {
             self.unread(bound_within(clauses).into_iter(), "use it in this rule, or take it out");
-            self.products.extend(products_of(clauses).into_iter().cloned());
+            // Several blocks may give one name: what reads their list reads all of them.
+            let products = products_of(clauses);
+            let read: Vec<&Name> =
+                products.iter().copied().filter(|name| self.expressions.read.contains(&name.span)).collect();
+            let is_read = |name: &&Name| read.iter().any(|read| read.text == name.text);
+            self.products.extend(products.into_iter().filter(|name| !is_read(name)).cloned());
         }
         if damaged || self.expressions.errors.iter().skip(found).any(Diagnostic::is_error) {
             self.faulty.insert(name.span);
@@ -141,8 +154,9 @@ impl Declarations<'_> {
 
     /// The choices of a rule, and its `let`s: choices with one value.
     fn choices(&mut self, clauses: &[RuleClause], cx: &mut Context) -> Vec<ir::Choice> {
+        let late = late_values(clauses);
         let mut choices = Vec::new();
-        for clause in clauses {
+        for (place, clause) in clauses.iter().enumerate() {
             let before = std::mem::replace(&mut cx.stage, Stage::Choice);
             match &clause.kind {
                 RuleClauseKind::Choose(name, domain, spread) => {
@@ -157,7 +171,7 @@ impl Declarations<'_> {
                     self.expressions.chosen_kinds(name, &domain);
                     choices.push(ir::Choice { name: name.text.clone(), domain, spread });
                 }
-                RuleClauseKind::Let(name, value) => {
+                RuleClauseKind::Let(name, value) if !late.contains(&place) => {
                     let value = self.expressions.infer(value, cx);
                     cx.stage = before;
                     let (ty, span) = (value.ty.clone(), value.span);
@@ -243,9 +257,26 @@ impl Declarations<'_> {
         }
     }
 
+    /// Says of names that a condition of the whole rule reads, and that an effect above it makes.
+    fn tell_of_guarded(&mut self, known: usize, cx: &Context) {
+        for mut error in self.expressions.errors.split_off(known) {
+            let is_meant = |local: &&Local| {
+                error.code == Code::UNKNOWN_NAME && error.message == format!("unknown name `{}`", local.name)
+            };
+            if let Some(local) = cx.locals.iter().find(is_meant) {
+                error.help = Some(format!(
+                    "this is asked before the rule makes `{}`: put what depends on it into a block, `if CONDITION {{ ... }}`",
+                    local.name
+                ));
+                error.fix = None;
+            }
+            self.expressions.errors.add(error);
+        }
+    }
+
     /// Says of names that the clause at `place` reads and does not know which of them a line makes that stands below it, or in a block
     /// above it.
-    fn tell_of_makers(&mut self, known: usize, clauses: &[RuleClause], place: usize) {
+    pub(super) fn tell_of_makers(&mut self, known: usize, clauses: &[RuleClause], place: usize) {
         let (above, below) = clauses.split_at(place + 1);
         let is_block = |clause: &&RuleClause| matches!(clause.kind, RuleClauseKind::Repeat { .. });
         let in_blocks: Vec<&Name> =
@@ -271,7 +302,7 @@ impl Declarations<'_> {
         }
     }
 
-    fn effect(&mut self, clause: &RuleClauseKind, cx: &mut Context) -> Option<ir::Effect> {
+    pub(super) fn effect(&mut self, clause: &RuleClauseKind, cx: &mut Context) -> Option<ir::Effect> {
         match clause {
             RuleClauseKind::Attach { what, port, turned, by, alone, product } => {
                 let what = self.expressions.expect(what, cx, &Ty::Kind, "what is attached");
@@ -305,108 +336,6 @@ impl Declarations<'_> {
             RuleClauseKind::Repeat { over, clauses } => self.repeat(over, clauses, cx),
             _ => None,
         }
-    }
-
-    /// What a rule does for each of several things.
-    pub(super) fn repeat(
-        &mut self,
-        over: &[ast::Binder],
-        clauses: &[RuleClause],
-        cx: &mut Context,
-    ) -> Option<ir::Effect> {
-        let depth = cx.locals.len();
-        let is_once = over.is_empty();
-        let over = self.expressions.binders(over, cx);
-        let mut effects = self.within_block(clauses, 0, cx);
-        cx.locals.truncate(depth);
-        if is_once {
-            return effects.pop();
-        }
-        if clauses.is_empty()
-            && let Some(first) = over.first()
-        {
-            self.report(
-                Diagnostic::new(Code::NO_EFFECT, first.over.span, "nothing is repeated")
-                    .label("an empty block follows")
-                    .help("say what is done each time: `for i in 0 .. 3 { attach ... to core.side[i] }`"),
-            );
-        }
-        Some(ir::Effect::Repeat { over, effects })
-    }
-
-    /// What the clauses of a block do from one of them on. A value that has a name, and a condition, hold for all that stands below them: that
-    /// is repeated for the one value, or not at all.
-    fn within_block(&mut self, clauses: &[RuleClause], first: usize, cx: &mut Context) -> Vec<ir::Effect> {
-        let mut effects = Vec::new();
-        for (place, clause) in clauses.iter().enumerate().skip(first) {
-            let once = match &clause.kind {
-                RuleClauseKind::Let(name, value) => {
-                    let value = self.expressions.infer(value, cx);
-                    let (span, ty) = (value.span, value.ty.clone());
-                    let slot = cx.locals.len();
-                    self.expressions.bind(name, ty.clone(), cx);
-                    let over = Expr { kind: ExprKind::List(vec![value]), ty: Ty::List(Box::new(ty)), span };
-                    ir::Binder { slot, over }
-                }
-                RuleClauseKind::Guard(positive, condition) => {
-                    let what =
-                        if *positive { "the condition of this block" } else { "what follows `unless`" };
-                    let condition = self.expressions.expect(condition, cx, &Ty::Bool, what);
-                    let slot = cx.locals.len();
-                    cx.locals.push(Local { name: String::new(), ty: Ty::Count, span: condition.span });
-                    ir::Binder { slot, over: once_if(*positive, condition) }
-                }
-                _ => {
-                    self.check_repeatable(clause, cx);
-                    let known = self.expressions.errors.len();
-                    effects.extend(self.effect(&clause.kind, cx));
-                    self.tell_of_makers(known, clauses, place);
-                    continue;
-                }
-            };
-            let rest = self.within_block(clauses, place + 1, cx);
-            if rest.is_empty() && !cx.damaged {
-                self.report(
-                    Diagnostic::new(Code::NO_EFFECT, clause.span, "nothing stands below this in the block")
-                        .label("it is for nothing")
-                        .help("say below it what is done: `attach`, `set`, `remove` or `replace`"),
-                );
-            }
-            effects.push(ir::Effect::Repeat { over: vec![once], effects: rest });
-            break;
-        }
-        effects
-    }
-
-    /// Reports clauses that say something of the whole rule and stand in a block that is repeated.
-    fn check_repeatable(&mut self, clause: &RuleClause, cx: &mut Context) {
-        let word = match &clause.kind {
-            RuleClauseKind::Match { .. } | RuleClauseKind::MatchNothing => "match",
-            RuleClauseKind::Choose(..) => "choose",
-            RuleClauseKind::Weight(_) => "weight",
-            RuleClauseKind::Revert(_) => "revert",
-            _ => return,
-        };
-        // What reads its names is not wrong.
-        let names: Vec<&Name> = match &clause.kind {
-            RuleClauseKind::Match { links, .. } => {
-                links.iter().flat_map(|l| [Some(&l.name), l.port.as_ref()]).flatten().collect()
-            }
-            kind => bound_by(kind).into_iter().collect(),
-        };
-        names.into_iter().for_each(|name| self.expressions.bind(name, Ty::Unknown, cx));
-        let help = match word {
-            "choose" => "move it above the block: it is drawn once, whatever the block does with it",
-            "let" => {
-                "move it above the block, or write the value where it is read: a `let` of a rule does not see what the block repeats"
-            }
-            _ => "move it out of the block",
-        };
-        self.report(
-            Diagnostic::new(Code::BAD_VALUE, clause.span, format!("`{word}` cannot stand in a block"))
-                .label("it is about the whole rule")
-                .help(help),
-        );
     }
 
     /// Where and how something is held.
@@ -574,7 +503,7 @@ impl Declarations<'_> {
                 }
                 self.expressions.bind(name, ty, cx);
             }
-            None => cx.locals.push(Local { name: String::new(), ty, span: what.span }),
+            None => cx.locals.push(Local::new("", ty, what.span)),
         }
     }
 
@@ -741,7 +670,7 @@ impl Declarations<'_> {
 }
 
 /// The name that a clause of a rule binds for no other reason than to be read.
-fn bound_by(clause: &RuleClauseKind) -> Option<&Name> {
+pub(super) fn bound_by(clause: &RuleClauseKind) -> Option<&Name> {
     match clause {
         RuleClauseKind::Choose(name, ..) | RuleClauseKind::Let(name, _) => Some(name),
         _ => None,
@@ -757,27 +686,40 @@ fn bound_within(clauses: &[RuleClause]) -> Vec<&Name> {
     names.collect()
 }
 
-/// What the clauses of a rule call the parts that they make.
-fn products_of(clauses: &[RuleClause]) -> Vec<&Name> {
+/// Which clauses of a rule give a name to a value that reads what lines above them make.
+fn late_values(clauses: &[RuleClause]) -> Vec<usize> {
+    let mut made: Vec<&str> = Vec::new();
+    let mut late = Vec::new();
+    for (place, clause) in clauses.iter().enumerate() {
+        if let RuleClauseKind::Let(name, value) = &clause.kind {
+            let mut reads = false;
+            value.each_name(&mut |read, _| reads |= made.contains(&read));
+            if reads {
+                late.push(place);
+                made.push(&name.text);
+            }
+        } else {
+            made.extend(products_of(from_ref(clause)).into_iter().map(|name| name.text.as_str()));
+        }
+    }
+    late
+}
+
+/// What the clauses of a rule call each part that they make, in the order of the text.
+pub(super) fn makers_of(clauses: &[RuleClause]) -> Vec<Option<&Name>> {
     let named = clauses.iter().flat_map(|clause| match &clause.kind {
         RuleClauseKind::Attach { product, .. } | RuleClauseKind::Replace { product, .. } => {
-            product.iter().collect()
+            vec![product.as_ref()]
         }
-        RuleClauseKind::Repeat { clauses, .. } => products_of(clauses),
+        RuleClauseKind::Repeat { clauses, .. } => makers_of(clauses),
         _ => Vec::new(),
     });
     named.collect()
 }
 
-/// A range of one number if a condition holds, else of none.
-fn once_if(positive: bool, condition: Expr) -> Expr {
-    let span = condition.span;
-    let count = |kind| Expr { kind, ty: Ty::Count, span };
-    let (one, none) = (|| count(ExprKind::Number(1.0)), || count(ExprKind::Number(0.0)));
-    let (then, otherwise) = if positive { (one(), none()) } else { (none(), one()) };
-    let last = count(ExprKind::If(Box::new(condition), Box::new(then), Box::new(otherwise)));
-    let kind = ExprKind::Range(Box::new(one()), Box::new(last));
-    Expr { kind, ty: Ty::Domain(Box::new(Ty::Count)), span }
+/// What the clauses of a rule call the parts that they make.
+fn products_of(clauses: &[RuleClause]) -> Vec<&Name> {
+    makers_of(clauses).into_iter().flatten().collect()
 }
 
 /// How many of the first `bound` locals must have a value before an expression has one.

@@ -41,7 +41,7 @@ impl Expressions<'_> {
         }
         let slot = cx.locals.len();
         let subject = Expr { kind: ExprKind::Local(slot), ty: value.ty.clone(), span: value.span };
-        cx.locals.push(Local { name: String::new(), ty: value.ty.clone(), span: value.span });
+        cx.locals.push(Local::new("", value.ty.clone(), value.span));
         let mut checked: Vec<(Expr, Expr)> = Vec::new();
         let mut covered: BTreeSet<String> = BTreeSet::new();
         let values: Values = match &value.ty {

@@ -10,9 +10,16 @@ pub(in crate::types) struct Local {
     pub(in crate::types) name: String,
     pub(in crate::types) ty: Ty,
     pub(in crate::types) span: Span,
+    /// Whether a name below may mean something else.
+    pub(in crate::types) may_be_hidden: bool,
 }
 
 impl Local {
+    /// One that no other name hides.
+    pub(in crate::types) fn new(name: impl Into<String>, ty: Ty, span: Span) -> Self {
+        Self { name: name.into(), ty, span, may_be_hidden: false }
+    }
+
     /// The same slot for a text that does not know the name.
     pub(in crate::types) fn hidden(&self) -> Self {
         Self { name: String::new(), ..self.clone() }

@@ -192,6 +192,9 @@ fn meant(expr: &Expr, wanted: &Ty) -> Option<String> {
     match (&expr.ty, wanted) {
         (Ty::Track(_), _) => Some("ask for it at a time: `e.position at end`".to_owned()),
         (Ty::Domain(_), _) => Some("a single value is needed here, not a range or set".to_owned()),
+        (Ty::List(item), wanted) if item.fits(wanted) => Some(
+            "one item of it is needed here: `LIST[0]`, `first(LIST)` or `last(LIST)`; in a rule, `for x in LIST` takes all of them".to_owned(),
+        ),
         (_, Ty::Distribution(d)) => {
             let unit = if d.is_number() { String::new() } else { format!(" {}", units::suggest(*d)) };
             Some(format!("write for example `normal(0{unit}, 1{unit})` or `uniform(-1{unit}, 1{unit})`"))

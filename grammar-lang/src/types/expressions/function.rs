@@ -193,7 +193,7 @@ fn parameters(function: Function) -> Vec<Ty> {
         F::Floor | F::Ceil | F::Round | F::Fraction | F::Exp | F::Ln => vec![Ty::NUMBER],
         F::Sin | F::Cos | F::Tan => vec![Ty::Quantity(Dimension::ANGLE)],
         F::Angle => vec![Ty::Rotation, Ty::Rotation],
-        F::Heading | F::Inclination => vec![Ty::Rotation],
+        F::Heading | F::Inclination | F::Inverse => vec![Ty::Rotation],
         F::Wrap => vec![Ty::Quantity(Dimension::ANGLE)],
         F::Cycle => vec![
             Ty::Quantity(Dimension::TIME),
@@ -235,6 +235,11 @@ fn result(function: Function, tys: &[Ty]) -> Option<Ty> {
             _ => None,
         },
         F::Vector => first.dimension().map(Ty::Vector),
+        F::Rotated => match (&first, tys.get(1)) {
+            (Ty::Vector(_), Some(Ty::Rotation)) => Some(first.clone()),
+            _ => None,
+        },
+        F::Inverse => Some(Ty::Rotation),
         F::Each => match (&first, tys.get(1)) {
             (Ty::List(_), Some(Ty::Count)) => Some(first.clone()),
             _ => None,

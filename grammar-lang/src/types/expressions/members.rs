@@ -191,6 +191,12 @@ impl Expressions<'_> {
         let owner = OWNERS.iter().find(has);
         let of_part = if of.ty == Ty::Kind { self.members_of(&Ty::Part, Stage::Score) } else { Vec::new() };
         let help = did_you_mean(&name.text, candidates.iter().map(String::as_str)).or_else(|| {
+            if let Ty::List(_) = of.ty {
+                let (list, name) = (self.environment.sources.slice(of.span), &name.text);
+                return Some(format!(
+                    "it is a list: write `{list}[0].{name}` or `last({list}).{name}` of one item, or say for all what is done, with `for x in {list}` behind it"
+                ));
+            }
             if of.ty == Ty::Kind {
                 let kind = self.environment.sources.slice(of.span);
                 let is_known = of_part.contains(&name.text);

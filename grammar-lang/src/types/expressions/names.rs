@@ -361,7 +361,7 @@ impl Expressions<'_> {
         let taken = cx
             .locals
             .iter()
-            .find(|l| l.name == name.text)
+            .find(|l| l.name == name.text && !l.may_be_hidden)
             .map(|l| Some(l.span))
             .or_else(|| {
                 let (_, item) = self.environment.program.lookup(name.span, &name.text)?;
@@ -393,13 +393,13 @@ impl Expressions<'_> {
             }
             self.report(error);
         }
-        cx.locals.push(Local { name: name.text.clone(), ty, span: name.span });
+        cx.locals.push(Local::new(name.text.clone(), ty, name.span));
     }
 
     /// Adds a parameter of a function; that two of them share a name is told where they stand.
     pub(super) fn bind_parameter(&mut self, name: &Name, ty: Ty, cx: &mut Context) {
         if cx.locals.iter().any(|l| l.name == name.text) {
-            cx.locals.push(Local { name: name.text.clone(), ty, span: name.span });
+            cx.locals.push(Local::new(name.text.clone(), ty, name.span));
         } else {
             self.bind(name, ty, cx);
         }

@@ -69,6 +69,8 @@ pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusi
         F::Heading => ("heading(rotation)", 1..=1),
         F::Bearing => ("bearing(vector)", 1..=1),
         F::Inclination => ("inclination(rotation)", 1..=1),
+        F::Rotated => ("rotated(vector, rotation)", 2..=2),
+        F::Inverse => ("inverse(rotation)", 1..=1),
         F::Wrap => ("wrap(angle)", 1..=1),
         F::Count => ("count(kind)", 1..=1),
         F::Each => ("each(list, n)", 2..=2),
