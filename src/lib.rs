@@ -3,6 +3,7 @@
 pub mod audit;
 pub mod calibrate;
 pub mod cli;
+pub mod deep;
 pub mod derive;
 pub mod design;
 pub mod document;

@@ -1,5 +1,5 @@
 //! The `sgc` program.
 
 fn main() -> std::process::ExitCode {
-    sgc::cli::main()
+    sgc::deep::on_deep_stack(sgc::cli::main)
 }

@@ -4,6 +4,7 @@ use crate::support::{read, root};
 
 /// The layers of the engine, first to last. Each may use itself and those before it.
 const ENGINE: &[&str] = &[
+    "deep",
     "reading",
     "markup",
     "loader",

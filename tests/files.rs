@@ -230,6 +230,62 @@ fn an_edited_file_of_a_run_is_kept() {
     assert_eq!(code(&replaced), 0, "{}", errors(&replaced));
 }
 
+/// A design of another run that lies in the folder is nobody's to remove, and is not told as this run's.
+#[test]
+fn a_design_of_another_run_is_kept_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let grammar = quick_grammar(folder.path());
+    let other = folder.path().join("other");
+    let to = other.to_string_lossy().into_owned();
+    let made = sgc(&["run", &grammar, "--seed", "7", "--max-evals", "20", "--out", &to]);
+    assert_eq!(code(&made), 0, "{}", errors(&made));
+    let best = run.join("best.design.json");
+    std::fs::rename(other.join("best.design.json"), &best).unwrap();
+    let foreign = std::fs::read(&best).unwrap();
+    let at = run.to_string_lossy().into_owned();
+    let refused = sgc(&["run", &grammar, "--force", "--max-evals", "20", "--out", &at]);
+    assert_eq!(code(&refused), 2, "{}", errors(&refused));
+    assert!(errors(&refused).contains("is a design of another run"), "{}", errors(&refused));
+    for command in [&["eval"][..], &["view"], &["export", "--to", "begin"]] {
+        let refused = sgc(&[command, &[&*at]].concat());
+        assert_eq!(code(&refused), 2, "{command:?}: {}", errors(&refused));
+        assert!(errors(&refused).contains("it is of another run"), "{command:?}: {}", errors(&refused));
+    }
+    assert_eq!(std::fs::read(&best).unwrap(), foreign);
+}
+
+/// What several runs replace is kept until one of them has a design.
+#[test]
+fn several_runs_keep_what_they_replace_until_they_have_a_design() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let best = std::fs::read(run.join("best.design.json")).unwrap();
+    let grammar = quick_grammar(folder.path());
+    let at = run.to_string_lossy().into_owned();
+    let stopped = sgc(&[
+        "run",
+        &grammar,
+        "--force",
+        "--runs",
+        "2",
+        "--max-evals",
+        "20",
+        "--time",
+        "0.000001s",
+        "--out",
+        &at,
+    ]);
+    assert_eq!(code(&stopped), 75, "{}", errors(&stopped));
+    let mut beside = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+    let older = beside.find(|path| path.to_string_lossy().contains(".replaced-")).unwrap();
+    assert_eq!(std::fs::read(older.join("best.design.json")).unwrap(), best);
+    assert!(errors(&stopped).contains("what was there before is kept in"), "{}", errors(&stopped));
+    let whole = sgc(&["resume", &at]);
+    assert_eq!(code(&whole), 0, "{}", errors(&whole));
+    assert!(run.join("seed-2/best.design.json").exists() && !older.exists());
+}
+
 /// A run does not replace the folder that holds its grammar.
 #[test]
 fn a_run_keeps_the_grammar_that_it_is_made_of() {

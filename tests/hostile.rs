@@ -552,3 +552,45 @@ fn a_match_has_so_many_cases() {
         "{found:?}"
     );
 }
+
+/// The limits of an expression and of declarations that build on each other multiply: no stack overflows.
+#[test]
+fn deep_expressions_that_build_on_each_other_are_worked_out() {
+    let link = |k: usize, before: &str| if k == 0 { before.to_owned() } else { format!("q{}", k - 1) };
+    let nots = "not ".repeat(190);
+    let lets: Vec<String> = (0..90).rev().map(|k| format!("let q{k} = {nots}{}", link(k, "true"))).collect();
+    let checked = sgc_check(&["--format", "concise"], &lets.join("\n"));
+    assert!(checked.contains("no errors") || checked.contains("error["), "{checked}");
+
+    let folder = tempfile::tempdir().unwrap();
+    let conditions = "if false then 1 else ".repeat(190);
+    let terms: Vec<String> =
+        (0..90).map(|k| format!("term q{k} : Number = {conditions}{}", link(k, "travel / 1 cm"))).collect();
+    let text = format!(
+        "grammar deep
+use std.blocks {{ cube }}
+use std.objectives {{ travel }}
+use std.models {{ hinge_model }}
+use std.search {{ plain_annealing }}
+begin {{ place core : cube }}
+rule add {{ match p : part with free port q attach cube to q }}
+require few : count(part) <= 4
+{}
+simulate hinge_model for 2 s
+maximize q89 * 1 cm in cm
+search plain_annealing
+",
+        terms.join("\n")
+    );
+    let grammar = folder.path().join("deep.sgr");
+    std::fs::write(&grammar, text).unwrap();
+    let out = folder.path().join("run");
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_sgc"))
+        .arg("run")
+        .arg(&grammar)
+        .args(["--max-evals", "3", "-q", "--out"])
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+}

@@ -129,7 +129,7 @@ impl Breadth<'_> {
                     continue;
                 }
                 // One more than is left: then it is seen that the budget is spent.
-                let most = self.settings.budget - self.tried + 1;
+                let most = (self.settings.budget - self.tried).saturating_add(1);
                 let ways = derivation.applications(
                     self.rules,
                     rule,

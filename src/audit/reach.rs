@@ -264,7 +264,7 @@ impl Search<'_> {
             if !builds || !drawn {
                 continue;
             }
-            let most = self.settings.budget.saturating_sub(self.tried) + 1;
+            let most = self.settings.budget.saturating_sub(self.tried).saturating_add(1);
             let found = derivation.applications(
                 self.rules,
                 rule,

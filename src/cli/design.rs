@@ -55,8 +55,12 @@ pub(super) fn read(path: &Path) -> Result<SavedDesign, Fault> {
         }
     }
     // What a run keeps is a file, whatever stands there; what somebody names may be a pipe.
-    let is_of_run = is_best && path.parent().is_some_and(run_files::is_run);
-    if is_of_run { SavedDesign::read_own(path) } else { SavedDesign::read(path) }.map_err(Fault::usage)
+    let Some(folder) = path.parent().filter(|folder| is_best && run_files::is_run(folder)) else {
+        return SavedDesign::read(path).map_err(Fault::usage);
+    };
+    let design = SavedDesign::read_own(path).map_err(Fault::usage)?;
+    genuine::check_best(folder, &design).map_err(Fault::usage)?;
+    Ok(design)
 }
 
 /// A saved design, and the rule set of the grammar that made it, with its texts.

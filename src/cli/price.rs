@@ -60,7 +60,11 @@ pub(super) fn told(
         let seconds = one.as_secs_f64() * all as f64;
         format!(
             "; {all} of them take {} on one thread, and longer if fewer run side by side",
-            span(Duration::from_secs_f64(seconds.min(1e9)))
+            if seconds > 1e9 {
+                "more than 30 years".to_owned()
+            } else {
+                span(Duration::from_secs_f64(seconds))
+            }
         )
     });
     // Each frame of each body is seven numbers, and all that go on side by side are there at once.

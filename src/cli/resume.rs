@@ -53,6 +53,7 @@ impl Resume {
             }
             let asked = run_files::asked(path).map_err(Fault::usage)?;
             genuine::check_finished(path, &asked, &finished).map_err(Fault::usage)?;
+            run_files::frozen(path, &asked).map_err(Fault::usage)?;
             folder::clear(path);
             leftovers::clear(path, leftovers::replaces(&asked.command));
             output::note(&format!("{complete}: there is nothing to go on with"));

@@ -15,6 +15,7 @@ use super::work::Work;
 use super::{exit, interrupt};
 use crate::results::describe;
 use crate::results::folder::{RunFolder, clear};
+use crate::results::leftovers;
 use crate::results::run_files::finished;
 use crate::results::series::{SeriesFolder, table};
 use crate::search::Jobs;
@@ -79,6 +80,12 @@ impl Several<'_> {
         let direction = rules.map_or(Direction::Maximize, |rules| rules.objective.direction);
         let valued = lines.iter().filter_map(|line| Some((line.seed, direction.fitness(line.value?))));
         let best = valued.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+        if best.is_some() {
+            self.folder.settle();
+        }
+        for older in leftovers::left(self.folder.path()) {
+            output::note(&format!("what was there before is kept in {}", output::typed(&older)));
+        }
         if let Some((seed, _)) = best {
             output::note(&format!("look at the best: sgc view {}", output::typed(&self.folder.run(seed))));
         }

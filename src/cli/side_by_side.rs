@@ -6,12 +6,13 @@ use std::sync::mpsc;
 
 use super::exit;
 use super::output::Fault;
+use crate::deep;
 use crate::search::{Jobs, Threads};
 use crate::simulate::Stop;
 
 /// Does `one` for each that waits, with `threads` in all; what is not begun when it is asked to stop goes on waiting. `ended`
 /// hears of each as it ends.
-pub(super) fn side_by_side<T: Send, O: Send>(
+pub(super) fn side_by_side<T: Clone + Send, O: Send>(
     threads: usize,
     stop: Stop<'_>,
     waiting: &mut VecDeque<T>,
@@ -31,8 +32,8 @@ pub(super) fn side_by_side<T: Send, O: Send>(
             {
                 under_way += 1;
                 let jobs = shares.pop().unwrap_or_else(|| shared.share());
-                let (send, one) = (send.clone(), &one);
-                scope.spawn(move || {
+                let (send, one, which) = (send.clone(), &one, next.clone());
+                let begun = deep::spawn(scope, move || {
                     // The others go on if one breaks down.
                     let outcome = catch_unwind(AssertUnwindSafe(|| one(&next, jobs)));
                     let outcome = outcome.unwrap_or_else(|_| {
@@ -41,6 +42,10 @@ pub(super) fn side_by_side<T: Send, O: Send>(
                     // The receiver lives as long as runs are under way.
                     let _ = send.send((next, outcome));
                 });
+                if let Err(why) = begun {
+                    under_way -= 1;
+                    ended(which, Err(Fault::usage(format!("there is no thread for it: {why}"))));
+                }
             }
             if under_way == 0 {
                 break;

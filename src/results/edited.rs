@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::reading;
 
-use super::run_files::{BEST, EVALS, RESULT, RUN, SOURCES, asked, finished, frozen};
+use super::run_files::{BEST, CHECKPOINT, EVALS, RESULT, RUN, SOURCES, asked, finished, frozen};
 use super::saved::SavedDesign;
 use super::whole::entries;
 use super::{FileError, Unfit, archive, checkpoint, front, genuine};
@@ -43,6 +43,8 @@ fn edited(run: &Path) -> Option<PathBuf> {
     }
     let checked = match finished(run) {
         Ok(Some(finished)) => genuine::check_finished(run, &asked, &finished),
+        // What is gone cannot be lost.
+        Ok(None) if !run.join(CHECKPOINT).exists() => Ok(()),
         Ok(None) => checkpoint::counted_rows(run).map(drop),
         Err(_) => return Some(run.join(RESULT)),
     };
@@ -50,6 +52,25 @@ fn edited(run: &Path) -> Option<PathBuf> {
         Ok(()) => None,
         Err(FileError::Unfit { path, .. }) => Some(path),
         Err(_) => Some(run.join(EVALS)),
+    }
+}
+
+/// Refuses a run in whose folder somebody has put a design of another run.
+///
+/// # Errors
+///
+/// A sentence that names the file.
+pub(super) fn check_own_designs(run: &Path) -> Result<(), FileError> {
+    let foreign = reading::only_looking(|| {
+        let asked = asked(run).ok()?;
+        let is_foreign = |path: &PathBuf| {
+            SavedDesign::read_own(path).is_ok_and(|design| genuine::check_run(&design, &asked, None).is_err())
+        };
+        designs(run).into_iter().find(is_foreign)
+    });
+    match foreign {
+        Some(file) => Err(FileError::unfit(&file, Unfit::OtherRunsDesign)),
+        None => Ok(()),
     }
 }
 

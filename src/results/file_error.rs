@@ -149,6 +149,9 @@ pub enum Unfit {
         "was changed since the run wrote it, and --force would remove it: move it elsewhere, or choose another folder with --out"
     )]
     Touched,
+    /// Somebody put it there, and it would be removed.
+    #[error("is a design of another run, and would be removed with this one: move it elsewhere")]
+    OtherRunsDesign,
     /// What is to be run is in the folder that the run would replace.
     #[error(
         "holds {file}, which this run was made of: --force would remove it; copy it elsewhere, or choose another place with --out"

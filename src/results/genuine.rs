@@ -6,7 +6,7 @@ use grammar_lang::ir::RuleSet;
 
 use super::evals::Mark;
 use super::replay::{Replayed, candidate, drive_of};
-use super::run_files::{Asked, EVALS, Finished, RESULT, RUN};
+use super::run_files::{self, Asked, EVALS, Finished, RESULT, RUN};
 use super::saved::{SavedDesign, SavedTask};
 use super::{DesignError, FileError, Unfit, saving};
 use crate::{reading, score};
@@ -110,6 +110,16 @@ pub(super) fn check_run(
         return Err(DesignError::OtherResult { file: RESULT });
     }
     Ok(())
+}
+
+/// Checks that the best design of a folder is that of its run, as far as the two tell.
+///
+/// # Errors
+///
+/// A sentence: it is not, or what the run was asked cannot be read.
+pub fn check_best(folder: &Path, design: &SavedDesign) -> Result<(), FileError> {
+    let (finished, asked) = reading::only_looking(|| (run_files::finished(folder), run_files::asked(folder)));
+    check_run(design, &asked?, finished?.as_ref()).map_err(FileError::inside(&run_files::best(folder)))
 }
 
 /// Checks that a run among several is of the seed that its folder is named by.

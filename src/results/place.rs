@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::edited::check_untouched;
+use super::edited::{check_own_designs, check_untouched};
 use super::processes::{self, PROCESSES};
 use super::run_files::{BEST, CHECKPOINT, EVALS, RESULT, RUN, SOURCES, asked, is_run};
 use super::seal::is_as_written;
@@ -19,13 +19,16 @@ pub fn is_series(path: &Path) -> bool {
     path.join(RUNS).is_file()
 }
 
-/// Refuses to remove what is not only the folder of a run, or is under way.
+/// Refuses to remove what is not only the folder of a run, or is under way; the run may be damaged.
 ///
 /// # Errors
 ///
 /// A sentence that says which of these it is.
 pub fn check_run(path: &Path) -> Result<(), FileError> {
-    check_place(path, true).map(drop)
+    if check_kind_of_place(path, true)? && is_run(path) {
+        check_own_designs(path)?;
+    }
+    Ok(())
 }
 
 /// Refuses to replace what is not only the folder of several runs, or is under way.
@@ -41,8 +44,18 @@ pub(super) fn check_series(path: &Path) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Whether there is a run to be replaced; what is none is left alone.
+/// Whether there is a run to be replaced; what is none, or was changed by somebody, is left alone.
 pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, FileError> {
+    let is_there = check_kind_of_place(path, force)?;
+    if is_there && is_run(path) {
+        check_untouched(path)?;
+        check_own_designs(path)?;
+    }
+    Ok(is_there)
+}
+
+/// The same; files of the run that were changed or damaged do not matter.
+fn check_kind_of_place(path: &Path, force: bool) -> Result<bool, FileError> {
     if !path.exists() {
         return Ok(false);
     }
@@ -65,7 +78,6 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, FileError> {
     if is_run(path) {
         // Not while it is under way.
         drop(lock(&path.join(RUN))?);
-        check_untouched(path)?;
     }
     Ok(true)
 }

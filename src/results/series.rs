@@ -118,14 +118,13 @@ impl SeriesFolder {
                 lock(&file)
             },
         )?;
-        if let Some(old) = replaced {
-            // Somebody may have put something into it meanwhile: then it stays.
-            leftovers::remove(&old);
-        }
-        if force {
-            leftovers::clear(path, true);
-        }
+        leftovers::clear_unfinished(path);
         Ok(Self { path: path.to_owned(), series, _lock: lock })
+    }
+
+    /// Removes what these runs replaced, now that one of them has a design. What somebody has put into it meanwhile stays.
+    pub fn settle(&self) {
+        leftovers::clear(&self.path, leftovers::replaces(&self.series.command));
     }
 
     /// Opens the folder, to go on with those that are not complete.
@@ -137,7 +136,7 @@ impl SeriesFolder {
         let file = path.join(RUNS);
         let lock = lock_again(&file)?;
         let series = series(path)?;
-        leftovers::clear(path, leftovers::replaces(&series.command));
+        leftovers::clear_unfinished(path);
         Ok(Self { path: path.to_owned(), series, _lock: lock })
     }
 

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::Failure;
+use crate::deep::STACK;
 
 /// Threads that several searches share: each gets more when others have ended.
 #[derive(Clone, Debug)]
@@ -98,7 +99,7 @@ impl Jobs {
 }
 
 fn pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).build();
     pool.map_err(|why| Failure::Threads { wanted: threads, why })
 }
 

@@ -238,7 +238,9 @@ pub(super) fn tell(study: &Study) {
 pub(super) fn price(study: &Study, rules: &RuleSet, flag: &AtomicBool) {
     let Some(cell) = study.cells().first() else { return };
     let open = study.runs().filter(|run| standing(study, *run) != Standing::Complete);
-    let all: Option<u64> = open.map(|run| study.cell(run).max_evals).sum();
+    let all = open
+        .map(|run| study.cell(run).max_evals)
+        .try_fold(0, |sum: u64, of_run| Some(sum.saturating_add(of_run?)));
     if all == Some(0) {
         return;
     }

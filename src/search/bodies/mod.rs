@@ -25,6 +25,7 @@ use super::state::{
 };
 use super::tally::Tally;
 use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES, Unkept};
+use crate::deep;
 use crate::derive::random::Stream;
 use crate::derive::{Blocked, Candidate, Derivation};
 use crate::score::Observed;
@@ -276,7 +277,8 @@ pub fn go_on(
         let _home = Home(&ahead);
         for number in 1..=ahead.helpers() {
             let (ahead, of) = (&ahead, ahead::Search { rules, engine, seed, bounds });
-            scope.spawn(move || ahead.help(number, of));
+            // With fewer helpers the search is slower, and the same.
+            let _ = deep::spawn(scope, move || ahead.help(number, of));
         }
         search.go()
     })?;
