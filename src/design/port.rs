@@ -104,12 +104,12 @@ pub(super) fn count(part: &Part) -> usize {
 }
 
 /// The ports by which a kind of part is held, and at its other end: `back` and
-/// `front`, `base` and `tip`; the first port stands for a missing `back`.
+/// `front`, `base` and `tip`; the first port stands for a missing `back`, `tip` for a missing `front`.
 pub(crate) fn ends(rules: &RuleSet, kind: &str) -> (u8, Option<u8>) {
     match rules.kind(kind) {
         Some(Kind::Block(block)) if !block.ports.is_empty() => {
             let find = |name: &str| block.ports.iter().position(|p| p.name == name).map(|i| i as u8);
-            (find("back").unwrap_or(0), find("front"))
+            (find("back").unwrap_or(0), find("front").or_else(|| find("tip")))
         }
         Some(Kind::Actuator(_)) => (0, Some(1)),
         Some(Kind::Block(_) | Kind::Cell(_)) | None => (1, Some(0)),
