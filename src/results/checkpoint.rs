@@ -104,6 +104,7 @@ impl Checkpoint {
 fn hash(text: &str) -> String {
     hex(&Sha256::digest(text))
 }
+
 /// How many rows of moves the checkpoint of a stopped run counts; none where there is no checkpoint that this program can read.
 ///
 /// # Errors

@@ -274,28 +274,16 @@ impl Declarations<'_> {
         }
     }
 
-    /// Says of names that the clause at `place` reads and does not know which of them a line makes that stands below it, or in a block
-    /// above it.
+    /// Says of names that the clause at `place` reads and does not know which of them a line below makes.
     pub(super) fn tell_of_makers(&mut self, known: usize, clauses: &[RuleClause], place: usize) {
-        let (above, below) = clauses.split_at(place + 1);
-        let is_block = |clause: &&RuleClause| matches!(clause.kind, RuleClauseKind::Repeat { .. });
-        let in_blocks: Vec<&Name> =
-            above.iter().filter(is_block).flat_map(|b| products_of(from_ref(b))).collect();
-        let below = products_of(below);
+        let below = products_of(clauses.get(place + 1..).unwrap_or(&[]));
         for mut error in self.expressions.errors.split_off(known) {
             let is_meant = |name: &&&Name| {
                 error.code == Code::UNKNOWN_NAME && error.message == format!("unknown name `{}`", name.text)
             };
-            let help = if let Some(name) = below.iter().find(is_meant) {
-                Some(format!("a line below makes it: move `... as {}` above this line", name.text))
-            } else {
-                in_blocks.iter().find(is_meant).map(|name| {
-                    let name = &name.text;
-                    format!("`{name}` is made within a block: only what stands in that block can name it")
-                })
-            };
-            if help.is_some() {
-                error.help = help;
+            if let Some(name) = below.iter().find(is_meant) {
+                error.help =
+                    Some(format!("a line below makes it: move `... as {}` above this line", name.text));
                 error.fix = None;
             }
             self.expressions.errors.add(error);
