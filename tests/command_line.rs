@@ -277,6 +277,7 @@ fn bad_input_gets_its_exit_code_and_no_panic() {
     let below_file = file.join("run").to_string_lossy().into_owned();
     let binary = binary.to_string_lossy().into_owned();
     let strange = folder.path().to_string_lossy().into_owned();
+    let unmade = folder.path().join("unmade").to_string_lossy().into_owned();
     std::fs::write(folder.path().join("keep.txt"), "mine").unwrap();
     for (arguments, wanted, says) in [
         (vec!["check", "nowhere.sgr"], 2, "cannot read nowhere.sgr: there is no such file"),
@@ -295,6 +296,11 @@ fn bad_input_gets_its_exit_code_and_no_panic() {
         (vec!["run", "grammars/codesign.sgr", "--time", "soon"], 2, "90s, 30m or 2h"),
         (vec!["run", "grammars/codesign.sgr", "--jobs", "0"], 2, "0"),
         (vec!["run", "grammars/codesign.sgr", "--solver", "bullet"], 2, "articulated"),
+        (
+            vec!["run", "grammars/codesign.sgr", "--solver", "balls", "--out", unmade.as_str()],
+            1,
+            "`--solver balls` cannot simulate",
+        ),
         (vec!["run", "grammars/codesign.sgr", "--out", below_file.as_str()], 2, "cannot write"),
         (
             vec!["run", "grammars/codesign.sgr", "--force", "--out", strange.as_str()],
@@ -311,6 +317,7 @@ fn bad_input_gets_its_exit_code_and_no_panic() {
         assert!(!errors(&output).contains("panicked"), "{arguments:?}");
     }
     assert_eq!(std::fs::read_to_string(folder.path().join("keep.txt")).unwrap(), "mine");
+    assert!(!Path::new(&unmade).exists(), "a run that cannot begin leaves no folder");
 }
 
 #[test]

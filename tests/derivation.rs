@@ -61,6 +61,13 @@ fn designs_keep_every_requirement_and_can_be_replayed() {
         assert_eq!(derivation.broken(&rules).unwrap(), None, "seed {seed}");
         let again = Derivation::replay(&rules, &derivation.steps).unwrap();
         assert_eq!(again.design, derivation.design, "seed {seed}");
+        let (design, taken) = (&derivation.design, derivation.design.taken_ports());
+        for (id, part) in &design.parts {
+            for port in 0..design.port_count(*id) {
+                let is_taken = taken.contains(&(*id, port));
+                assert_eq!(design.is_free(*id, port), !is_taken, "seed {seed}: port {port} of {}", part.kind);
+            }
+        }
         largest = largest.max(derivation.design.parts.len());
     }
     assert!(largest > 12, "designs grow: {largest}");

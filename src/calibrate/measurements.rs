@@ -120,12 +120,11 @@ fn last_of(path: &str) -> &str {
     path.rsplit(['/', '\\']).next().unwrap_or(path)
 }
 
-fn line_of(text: &str, offset: usize) -> usize {
-    1 + text.bytes().take(offset).filter(|b| *b == b'\n').count()
-}
 
 fn document(name: &str, text: &str, load: &Load<'_>, problems: &mut Vec<Problem>) -> Vec<Section> {
-    let at = |offset: usize| Location { file: name.to_owned(), line: line_of(text, offset) };
+    let breaks: Vec<usize> = text.match_indices('\n').map(|(offset, _)| offset).collect();
+    let line = |offset: usize| 1 + breaks.partition_point(|end| *end < offset);
+    let at = |offset: usize| Location { file: name.to_owned(), line: line(offset) };
     let (root, errors) = DeTable::parse_recoverable(text);
     for error in &errors {
         let place = at(error.span().map_or(0, |span| span.start));
@@ -141,6 +140,7 @@ fn document(name: &str, text: &str, load: &Load<'_>, problems: &mut Vec<Problem>
         // What an error hides cannot be judged.
         return Vec::new();
     }
+    let start_of = |line: usize| line.checked_sub(2).map_or(0, |before| breaks[before] + 1);
     let mut entries: Vec<_> = root.get_ref().iter().collect();
     entries.sort_by_key(|(key, _)| key.span().start);
     let mut sections = Vec::new();
@@ -151,7 +151,7 @@ fn document(name: &str, text: &str, load: &Load<'_>, problems: &mut Vec<Problem>
             DeValue::Table(table) => {
                 sections.extend(one(key, &place, table, &at, load, problems));
             }
-            DeValue::Array(_) if text[key_start(text, &place)..].starts_with("[[") => {
+            DeValue::Array(_) if text[start_of(place.line)..].starts_with("[[") => {
                 problems.push(Problem::unreadable(
                     &place,
                     format!("write `[{key}]`, and give each section a name of its own"),
@@ -164,11 +164,6 @@ fn document(name: &str, text: &str, load: &Load<'_>, problems: &mut Vec<Problem>
         }
     }
     sections
-}
-
-/// Where a line begins.
-fn key_start(text: &str, place: &Location) -> usize {
-    text.split_inclusive('\n').take(place.line - 1).map(str::len).sum()
 }
 
 /// A section of a document.

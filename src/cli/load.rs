@@ -9,7 +9,7 @@ use grammar_lang::diagnostics::render::{Format, more, render};
 use grammar_lang::diagnostics::{Code, Diagnostic, did_you_mean};
 use grammar_lang::ir::RuleSet;
 use grammar_lang::names::MOST_VARIANTS;
-use grammar_lang::source::{Loader, SourceMap};
+use grammar_lang::source::{Loader, SourceMap, Span};
 use grammar_lang::types::Idle;
 
 use super::exit;
@@ -126,7 +126,7 @@ fn check_with(
 fn unfit(rules: &RuleSet) -> Option<Diagnostic> {
     let first = Derivation::start(rules, rules.from.as_deref()).ok()?;
     let candidate = Candidate::new(rules, Arc::new(first));
-    let unfit = search::unfit(&candidate)?;
+    let unfit = search::unfit(&candidate, search::solver(rules).text())?;
     let lattice = || rules.lattice.as_ref().map(|lattice| lattice.span);
     let begun = || rules.begin.first().map(|placed| placed.span);
     let example = rules.from.as_ref().and_then(|name| rules.examples.get(name)).map(|example| example.span);
@@ -187,23 +187,23 @@ fn used_by_none(all: &[Checked]) -> Vec<Diagnostic> {
         // What an error hides might be the use.
         return Vec::new();
     }
-    let mut found: Vec<Diagnostic> = Vec::new();
-    for warning in all.iter().flat_map(|one| &one.idle.unused) {
-        let used = all.iter().any(|one| {
-            let idle = one.idle.unused.iter().any(|w| w.span() == warning.span());
-            one.idle.there.contains(&warning.span()) && !idle
-        });
-        if !used && !found.contains(warning) {
-            found.push(warning.clone());
-        }
+    let mut used: BTreeSet<Span> = BTreeSet::new();
+    for Checked { idle: Idle { there, unused }, .. } in all {
+        let unused: BTreeSet<Span> = unused.iter().map(Diagnostic::span).collect();
+        used.extend(there.iter().filter(|span| !unused.contains(span)));
     }
-    found
+    let mut told = BTreeSet::new();
+    let unused = all.iter().flat_map(|one| &one.idle.unused);
+    let idle = unused.filter(|d| !used.contains(&d.span()) && told.insert((d.span(), d.message.clone())));
+    idle.cloned().collect()
 }
 
 /// Warnings of warnings that none of several grammars and variants needs to allow.
 fn needed_by_none(all: &[Checked]) -> Vec<Diagnostic> {
     let Some((first, others)) = all.split_first() else { return Vec::new() };
-    let by_none = first.unneeded.iter().filter(|d| others.iter().all(|one| one.unneeded.contains(d)));
+    let places = |one: &Checked| one.unneeded.iter().map(Diagnostic::span).collect::<BTreeSet<Span>>();
+    let others: Vec<BTreeSet<Span>> = others.iter().map(places).collect();
+    let by_none = first.unneeded.iter().filter(|d| others.iter().all(|one| one.contains(&d.span())));
     by_none.cloned().collect()
 }
 

@@ -20,7 +20,7 @@ use crate::results::replay::curves_of;
 use crate::results::run_files::{Asked, EVALUATIONS, listed};
 use crate::results::saved::Grammar;
 use crate::results::series::{Series, SeriesFolder};
-use crate::search::{Jobs, State};
+use crate::search::{self, Jobs, State};
 use crate::simulate::{self, SolverName};
 
 /// Search for a design: bodies by the grammar's rules, gaits by its actuation
@@ -106,6 +106,9 @@ impl Run {
             parameters: self.params.clone(),
             sources: listed(&grammar),
         };
+        if let Some(solver) = &self.solver {
+            check_solver(&rules, &first, solver)?;
+        }
         let deadline = self.time.as_ref().map(|(_, time)| started + *time);
         let tried = first.clone();
         let state = State::begin_with(first, curves);
@@ -152,6 +155,17 @@ impl Run {
         }
         ended?.tell()
     }
+}
+
+/// That a solver which the grammar's models are not meant for can simulate the design that the search begins with.
+fn check_solver(rules: &RuleSet, first: &Derivation, solver: &str) -> Result<(), Fault> {
+    let candidate = Candidate::new(rules, Arc::new(first.clone()));
+    search::unfit(&candidate, solver).map_or(Ok(()), |unfit| {
+        Err(Fault::input(format!(
+            "`--solver {solver}` cannot simulate the design that the search begins with: {}",
+            unfit.reason
+        )))
+    })
 }
 
 /// A saved design that a search begins with.

@@ -1,5 +1,7 @@
 //! What the patterns of a rule match.
 
+use std::collections::BTreeSet;
+
 use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
 use grammar_lang::ir::{Match, Matched, Rule, RuleSet};
 
@@ -20,7 +22,9 @@ impl Derivation {
     ///
     /// [`EvalError`] when a condition has no value, or too much would have to be tried.
     pub fn matches(&self, rules: &RuleSet, rule: &Rule) -> Result<Vec<Vec<Value>>, EvalError> {
-        let mut search = Search { derivation: self, rules, rule, tried: 0, found: Vec::new() };
+        let any = rule.matches.iter().any(|one| matches!(one.what, Matched::Part { port: true, .. }));
+        let taken = if any { self.design.taken_ports() } else { BTreeSet::new() };
+        let mut search = Search { derivation: self, rules, rule, taken, tried: 0, found: Vec::new() };
         let mut bound = Vec::new();
         if search.holds(None, 0, 0, &mut bound)? {
             search.extend(&rule.matches, &mut bound)?;
@@ -33,6 +37,8 @@ struct Search<'a> {
     derivation: &'a Derivation,
     rules: &'a RuleSet,
     rule: &'a Rule,
+    /// The ports that are not free, where a pattern asks for a free one.
+    taken: BTreeSet<(PartId, u8)>,
     /// How often a pattern was bound.
     tried: usize,
     found: Vec<Vec<Value>>,
@@ -119,7 +125,8 @@ impl Search<'_> {
                 let parts = parts.into_iter().filter(|id| design.belongs(self.rules, *id, kind));
                 if *port {
                     parts
-                        .flat_map(|id| design.free_ports(id).into_iter().map(move |p| (id, p)))
+                        .flat_map(|id| (0..design.port_count(id)).map(move |p| (id, p)))
+                        .filter(|port| !self.taken.contains(port))
                         .map(|(id, p)| vec![of(Reference::Part(id)), of(Reference::Port(id, p))])
                         .collect()
                 } else {

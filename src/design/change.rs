@@ -85,8 +85,9 @@ impl Design {
         if symmetry::is_reflected(rules, image) {
             part.holding = symmetry::mirrored_port(&part, part.holding);
         }
-        self.parts.insert(id, part);
-        self.place_all(rules)?;
+        let (index, _) = self.parts.insert_full(id, part);
+        // The others stay where they are.
+        self.find_pose(&symmetry::images(rules.symmetry), index)?;
         Ok(id)
     }
 
@@ -274,32 +275,35 @@ impl Design {
     /// Finds every pose anew and checks that images still are images.
     pub(super) fn place_all(&mut self, rules: &RuleSet) -> Result<(), Refusal> {
         let images = symmetry::images(rules.symmetry);
-        for i in 0..self.parts.len() {
-            let Some((_, part)) = self.parts.get_index(i) else { continue };
-            let held = match part.held_by {
-                None => Isometry3::identity(),
-                Some((holder, port)) => {
-                    let holder = self.parts.get(&holder).ok_or(Refusal::Gone)?;
-                    port::pose_at(holder, port, part).ok_or(Refusal::Gone)?
-                }
-            };
-            let image = (part.image as usize).checked_sub(1).and_then(|k| images.get(k));
-            let pose = match (part.image_of, image) {
-                (Some(original), Some(image)) => {
-                    let original = self.parts.get(&original).ok_or(Refusal::Gone)?;
-                    let pose = image.pose(&original.pose);
-                    // An image must still sit where it is held.
-                    let (have, want) = (port::base(part, &pose), port::base(part, &held));
-                    if (have - want).norm() > symmetry::SAME {
-                        return Err(Refusal::Asymmetric(part.kind.clone()));
-                    }
-                    pose
-                }
-                _ => held,
-            };
-            if let Some((_, part)) = self.parts.get_index_mut(i) {
-                part.pose = pose;
+        (0..self.parts.len()).try_for_each(|index| self.find_pose(&images, index))
+    }
+
+    /// Finds the pose of a part, by its place among all, whose holder and original have theirs.
+    fn find_pose(&mut self, images: &[symmetry::Image], index: usize) -> Result<(), Refusal> {
+        let Some((_, part)) = self.parts.get_index(index) else { return Ok(()) };
+        let held = match part.held_by {
+            None => Isometry3::identity(),
+            Some((holder, port)) => {
+                let holder = self.parts.get(&holder).ok_or(Refusal::Gone)?;
+                port::pose_at(holder, port, part).ok_or(Refusal::Gone)?
             }
+        };
+        let image = (part.image as usize).checked_sub(1).and_then(|k| images.get(k));
+        let pose = match (part.image_of, image) {
+            (Some(original), Some(image)) => {
+                let original = self.parts.get(&original).ok_or(Refusal::Gone)?;
+                let pose = image.pose(&original.pose);
+                // An image must still sit where it is held.
+                let (have, want) = (port::base(part, &pose), port::base(part, &held));
+                if (have - want).norm() > symmetry::SAME {
+                    return Err(Refusal::Asymmetric(part.kind.clone()));
+                }
+                pose
+            }
+            _ => held,
+        };
+        if let Some((_, part)) = self.parts.get_index_mut(index) {
+            part.pose = pose;
         }
         Ok(())
     }

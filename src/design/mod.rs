@@ -283,16 +283,17 @@ impl Design {
             && !self.parts.values().any(|p| p.held_by == Some((id, port)))
     }
 
+    /// All ports that are not free, as [`Design::is_free`] says of each.
+    #[must_use]
+    pub fn taken_ports(&self) -> BTreeSet<(PartId, u8)> {
+        let held = self.parts.iter().filter_map(|(id, part)| Some((*id, part)).zip(part.held_by));
+        held.flat_map(|((id, part), holder)| [(id, part.holding), holder]).collect()
+    }
+
     /// How many ports a part has.
     #[must_use]
     pub fn port_count(&self, id: PartId) -> u8 {
         self.parts.get(&id).map_or(0, |part| port::count(part) as u8)
-    }
-
-    /// The free ports of a part.
-    #[must_use]
-    pub fn free_ports(&self, id: PartId) -> Vec<u8> {
-        (0..self.port_count(id)).filter(|p| self.is_free(id, *p)).collect()
     }
 
     /// Whether a part belongs to a group.

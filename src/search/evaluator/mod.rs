@@ -72,11 +72,11 @@ pub fn solver(rules: &RuleSet) -> SolverName {
     }
 }
 
-/// Why the solver that a grammar's models are meant for cannot simulate a design, if it cannot.
+/// Why a solver cannot simulate a design, if it cannot; [`solver`] is the one that the grammar's models are meant for.
 #[must_use]
-pub fn unfit(candidate: &Candidate<'_>) -> Option<Unfit> {
+pub fn unfit(candidate: &Candidate<'_>, solver: &str) -> Option<Unfit> {
     let rules = candidate.rules;
-    let model = simulate::model(solver(rules).text())?;
+    let model = simulate::model(solver)?;
     let assembly = &candidate.body.assembly;
     rules.tasks.values().find_map(|task| model.prepare(assembly, &settings(&task.model)).err())
 }
