@@ -414,7 +414,7 @@ fn a_let_follows_what_is_taken_back() {
 /// At a tilted port the end of a part reaches into the face that holds it, and does not overlap; one that goes through its holder does.
 #[test]
 fn a_tilted_part_does_not_overlap_its_holder() {
-    let overlaps = |tilt: &str, at: &str, back: &str| {
+    let overlaps = |tilt: &str, own: &str, at: &str, back: &str| {
         let rules = compiled(&format!(
             "grammar leaning
             use std.models     {{ hinge_model }}
@@ -426,7 +426,7 @@ fn a_tilted_part_does_not_overlap_its_holder() {
             }}
             part mast {{
               shape = box(8 cm, 1 cm, 1 cm)  density = 1 g/cm^3  friction = 0.8
-              port foot at vector({back}, 0 cm, 0 cm) facing vector(-1, 0, 0)
+              port foot at vector({back}, 0 cm, 0 cm) facing vector(-cos({own}), sin({own}), 0)
             }}
             begin {{
               place core : base
@@ -445,13 +445,17 @@ fn a_tilted_part_does_not_overlap_its_holder() {
         !design.no_overlap(&rules)
     };
     for tilt in ["0 deg", "20 deg", "45 deg", "59 deg"] {
-        assert!(!overlaps(tilt, "0 cm", "-4 cm"), "{tilt}");
+        assert!(!overlaps(tilt, "0 deg", "0 cm", "-4 cm"), "{tilt}");
+        // The same where the tilt is that of its own port, or each has half of it.
+        assert!(!overlaps("0 deg", tilt, "0 cm", "-4 cm"), "{tilt}");
+        assert!(!overlaps(&format!("0.5 * {tilt}"), &format!("0.5 * {tilt}"), "0 cm", "-4 cm"), "{tilt}");
         // Held in its middle.
-        assert!(overlaps(tilt, "0 cm", "0 cm"), "{tilt}");
+        assert!(overlaps(tilt, "0 deg", "0 cm", "0 cm"), "{tilt}");
     }
-    assert!(overlaps("80 deg", "0 cm", "-4 cm"));
+    assert!(overlaps("80 deg", "0 deg", "0 cm", "-4 cm"));
+    assert!(overlaps("0 deg", "80 deg", "0 cm", "-4 cm"));
     // At the edge it leans away from the base.
-    assert!(!overlaps("70 deg", "3 cm", "-4 cm"));
+    assert!(!overlaps("70 deg", "0 deg", "3 cm", "-4 cm"));
 }
 
 /// What hangs on the plane of a mirror is its own image only if its joint is, too: about an axis in the plane or across it, through the plane.

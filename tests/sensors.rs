@@ -188,3 +188,61 @@ fn held_commands_begin_at_their_moment() {
     // The steps begin at 0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.24 and 0.28 s; the first row is the state at rest.
     assert_eq!(held.angles, [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 3.0]);
 }
+
+/// A spring leg measures how far it is compressed: what it carries divided by its stiffness, counted as its range counts it. A hinge on
+/// which nothing pulls stays at its `neutral`.
+#[test]
+fn passive_joints_are_measured() {
+    let text = |reads: &str| {
+        format!(
+            "grammar sprung
+            use std.blocks     {{ cube }}
+            use std.models     {{ hinge_model }}
+            use std.actuators  {{ bender }}
+            use std.objectives {{ travel }}
+            use std.search     {{ recommended }}
+            part sole {{
+              shape = box(10 cm, 1 cm, 10 cm)  mass = 20 g  friction = 1
+              port top at vector(0 cm, 5 mm, 0 cm) facing vector(0, 1, 0)
+              port mast at vector(4 cm, 5 mm, 0 cm) facing vector(0, 1, 0)
+              joint = slide along y passive  range = -1 cm .. 2 cm  neutral = 4 mm
+              stiffness = 600 N/m  damping = 8 N*s/m
+            }}
+            part flag {{
+              shape = box(2 cm, 4 mm, 4 mm)  mass = 1 g  friction = 1
+              port root at vector(-1 cm, 0 cm, 0 cm) facing vector(-1, 0, 0)
+              joint = bend about y passive  bend = -30 deg .. 90 deg  neutral = 40 deg
+              stiffness = 0.01 N*m/rad^2  damping = 0.001 N*m*s/rad^2
+            }}
+            begin {{
+              place core : cube
+              place foot : sole to core.bottom
+              place mark : flag to core.left
+              place arm  : bender(segments = 3) to core.top
+            }}
+            rule grow {{ match p : block with free port q  attach cube to q }}
+            sense pressed(s : sole) : Length = s.distance at now
+            sense pressing(s : sole) : Velocity = s.distance_rate at now
+            sense waved(f : flag) : Angle = f.angle at now
+            actuation act for a : bender {{ drive angle = 1 deg * ({reads}) }}
+            actuate bender with act
+            simulate hinge_model for 2 s
+            maximize travel in cm
+            search recommended"
+        )
+    };
+    let of_sole = "sum over s in sole of pressed(s) / 1 mm";
+    let pressed = commands(&text(of_sole), &Conditions::NOMINAL);
+    assert!((pressed[0] - 4.0).abs() < 1e-5, "it begins at neutral: {}", pressed[0]);
+    let rules = compiled(&text(of_sole));
+    let body = Candidate::new(&rules, Derivation::begin(&rules).into()).body;
+    let carried: f64 = body.assembly.elements.iter().map(|element| element.mass).sum::<f64>() - 0.020;
+    let (last, wanted) = (pressed[pressed.len() - 1], 4.0 + carried * 9.81 / 600.0 * 1e3);
+    assert!((last - wanted).abs() < 0.02 * (wanted - 4.0), "{last} mm, and it carries {wanted} mm");
+    // A rate is what the position does from moment to moment; the spring swings about five times as slowly.
+    let rates = commands(&text("sum over s in sole of pressing(s) / 1 mm * 1 s"), &Conditions::NOMINAL);
+    let summed: f64 = rates.windows(2).take(40).map(|two| (two[0] + two[1]) / 120.0).sum();
+    assert!((summed / (pressed[40] - 4.0) - 1.0).abs() < 0.25, "{summed} of {}", pressed[40] - 4.0);
+    let turned = commands(&text("sum over f in flag of waved(f) / 1 deg"), &Conditions::NOMINAL);
+    assert!(turned.iter().all(|angle| (angle - 40.0).abs() < 0.5), "{turned:?}");
+}

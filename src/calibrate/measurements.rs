@@ -120,7 +120,6 @@ fn last_of(path: &str) -> &str {
     path.rsplit(['/', '\\']).next().unwrap_or(path)
 }
 
-
 fn document(name: &str, text: &str, load: &Load<'_>, problems: &mut Vec<Problem>) -> Vec<Section> {
     let breaks: Vec<usize> = text.match_indices('\n').map(|(offset, _)| offset).collect();
     let line = |offset: usize| 1 + breaks.partition_point(|end| *end < offset);

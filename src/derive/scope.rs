@@ -75,21 +75,21 @@ impl<'a> DesignScope<'a> {
         let part = design.parts.get(&id).filter(|_| !lattice::is_cell(id))?;
         // A parameter of that name is what the actuator itself says.
         let own = || part.params.get(attribute.text()).cloned();
-        let row = || match part.made.as_deref() {
-            Some(Made::Actuator(made)) => Some((self.rules.actuators.get(&part.kind)?.joint.kind, made)),
+        // That of a row, or the one that a part hangs on.
+        let joint = |slides: bool| {
+            let joint = match part.made.as_deref()? {
+                Made::Actuator(row) => Some(&row.joint),
+                Made::Block(block) => block.joint.as_ref(),
+            };
+            joint.filter(|joint| (joint.kind == JointKind::Slide) == slides)
+        };
+        let range = |slides: bool| joint(slides)?.range;
+        let neutral = |slides: bool| Some(Value::Number(joint(slides)?.neutral));
+        let fastest = || match part.made.as_deref()? {
+            Made::Actuator(row) if row.joint.kind == JointKind::Spin => {
+                row.motor.as_ref().map(|motor| motor.speed.most())
+            }
             _ => None,
-        };
-        let range = |slides: bool| {
-            let (kind, made) = row()?;
-            made.joint.range.filter(|_| (kind == JointKind::Slide) == slides)
-        };
-        let neutral = |slides: bool| {
-            let (_, made) = row().filter(|(kind, _)| (*kind == JointKind::Slide) == slides)?;
-            Some(Value::Number(made.joint.neutral))
-        };
-        let fastest = || {
-            let (_, made) = row().filter(|(kind, _)| *kind == JointKind::Spin)?;
-            made.motor.as_ref().map(|motor| motor.speed.most())
         };
         Some(match attribute {
             PartAttribute::Turn => Value::Number(part.turn),

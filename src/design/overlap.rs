@@ -52,30 +52,49 @@ pub(super) fn first(design: &Design, rules: &RuleSet) -> Option<(PartId, PartId)
 /// At ports that are tilted further than this against the face that they are on, what hangs there must have room of its own.
 const MOST_TILT: f64 = std::f64::consts::FRAC_PI_3;
 
-/// How far a part reaches into the flat face that holds it, because the port is tilted: as a way along the port, m. A workshop cuts such
-/// an end to fit. Nothing where one does not hold the other, or the port stands square on its face.
+/// How far a part and the flat face that holds it reach into each other, because the port of either is tilted: as a way along the port
+/// of the holder, m. A workshop cuts such an end to fit. Nothing where one does not hold the other, or both ports stand square on
+/// their faces.
 fn dug_in(design: &Design, holder: PartId, held: PartId) -> Option<parry3d_f64::math::Vector> {
     let part = design.parts.get(&held)?;
     let (_, port) = part.held_by.filter(|(id, _)| *id == holder)?;
     let holder = design.parts.get(&holder)?;
-    let Made::Block(block) = holder.made.as_deref()? else { return None };
-    let frame = ports(holder).into_iter().nth(port as usize)?.frame;
-    let facing = frame.rotation * Vector3::x();
-    let normal = face(block.form, &frame.translation.vector, &facing)?;
-    let cos = facing.dot(&normal);
-    if cos > 1.0 - 1e-6 || cos < libm::cos(MOST_TILT) {
-        return None;
-    }
-    let own = ports(part).into_iter().nth(part.holding as usize)?.frame.rotation * Vector3::x();
+    let (facing, normal) = on_face(holder, port);
+    let (own, end) = on_face(part, part.holding);
+    let (facing, own) = (facing?, own?);
+    let cosine = |facing: &Vector3<f64>, normal: Option<Vector3<f64>>| {
+        let cos = normal.map_or(1.0, |normal| facing.dot(&normal));
+        (cos >= libm::cos(MOST_TILT)).then_some(cos)
+    };
+    let (cos, own_cos) = (cosine(&facing, normal)?, cosine(&own, end)?);
+    let sine = |cos: f64| if cos > 1.0 - 1e-6 { 0.0 } else { libm::sqrt(1.0 - cos * cos) };
     let half = match part.made.as_deref()? {
         Made::Block(block) => block.form.half_extents(),
         Made::Actuator(row) => row.segment.half_extents(),
     };
-    // Across the port at most: of what is round its radius, of a box its corner.
-    let across = half - half.component_mul(&own.abs());
-    let across = if is_round(part) { across.max() } else { across.norm() };
-    let way = holder.pose.rotation * facing * (across * libm::sqrt(1.0 - cos * cos) / cos);
-    Some(parry3d_f64::math::Vector::new(way.x, way.y, way.z))
+    // Across an axis at most: of what is round its radius, of a box its corner.
+    let across = |axis: Vector3<f64>| {
+        let across = half - half.component_mul(&axis.abs());
+        if is_round(part) { across.max() } else { across.norm() }
+    };
+    // The end of the part meets an inclined face, or an edge of the part's own inclined end goes ahead.
+    let way = across(own) * sine(cos) / cos + end.map_or(0.0, |end| across(end) * sine(own_cos));
+    let along = holder.pose.rotation * facing * way;
+    (way > 0.0).then(|| parry3d_f64::math::Vector::new(along.x, along.y, along.z))
+}
+
+/// Where a port of a part faces, and the normal of the flat face that it is on, if it is on one: in the frame of the part.
+fn on_face(part: &super::Part, port: u8) -> (Option<Vector3<f64>>, Option<Vector3<f64>>) {
+    let Some(frame) = ports(part).into_iter().nth(port as usize).map(|port| port.frame) else {
+        return (None, None);
+    };
+    let facing = frame.rotation * Vector3::x();
+    let normal = match part.made.as_deref() {
+        Some(Made::Block(block)) => face(block.form, &frame.translation.vector, &facing),
+        // The ends of a row are square.
+        _ => None,
+    };
+    (Some(facing), normal)
 }
 
 fn is_round(part: &super::Part) -> bool {
@@ -96,7 +115,9 @@ fn face(form: Form, at: &Vector3<f64>, facing: &Vector3<f64>) -> Option<Vector3<
         Shape::Ball { .. } | Shape::Capsule { .. } => &[],
     };
     let slack = 0.05 * form.shape.longest() + 1e-3;
-    let on = flat.iter().filter(|axis| (at[**axis].abs() - half[**axis]).abs() <= slack);
+    // What is in the middle of a thin part is on none of its two broad faces.
+    let slack = |axis: usize| slack.min(0.5 * half[axis]);
+    let on = flat.iter().filter(|axis| (at[**axis].abs() - half[**axis]).abs() <= slack(**axis));
     let normals = on.map(|axis| {
         let mut normal = Vector3::zeros();
         normal[*axis] = at[*axis].signum();

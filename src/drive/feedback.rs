@@ -11,7 +11,7 @@ use grammar_lang::ir::{Attribute, ElementAttribute, ExprKind, Group, MotionWord,
 use super::conditions::Conditions;
 use super::hardware::Limit;
 use super::policies::Answer;
-use super::{Drive, Parameters};
+use super::{Drive, Parameters, passive};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, DesignScope};
 use crate::design::PartId;
@@ -330,12 +330,18 @@ impl<'a> FeltScope<'a> {
         }
     }
 
-    /// The number of an actuator of a kind of joint that has this dimension.
-    fn actuator(&self, of: Reference, track: Track) -> Option<usize> {
+    /// What is measured of the joints of an actuator, or of the passive joints of a part.
+    fn of_joints(&self, of: Reference, track: Track) -> Option<f64> {
         let Reference::Part(part) = of else { return None };
-        let place = self.drive.actuators.iter().position(|driven| driven.id == part)?;
+        let Some(place) = self.drive.actuators.iter().position(|driven| driven.id == part) else {
+            return passive::measured(&self.drive.candidate, part, track, self.measured);
+        };
         let joint = self.drive.made(self.drive.actuators.get(place)?)?.joint.kind;
-        track.is_of(joint).then_some(place)
+        match track {
+            _ if !track.is_of(joint) => None,
+            Track::AngleRate | Track::DistanceRate => self.measured.rate(place),
+            _ => self.measured.position(place),
+        }
     }
 }
 
@@ -391,10 +397,9 @@ impl Scope for FeltScope<'_> {
                 }
                 of => measured.load(self.element(of)?).map(number),
             },
-            Track::Angle | Track::Distance | Track::Speed => {
-                measured.position(self.actuator(of, track)?).map(number)
+            Track::Angle | Track::Distance | Track::Speed | Track::AngleRate | Track::DistanceRate => {
+                self.of_joints(of, track).map(number)
             }
-            Track::AngleRate | Track::DistanceRate => measured.rate(self.actuator(of, track)?).map(number),
         }
     }
 }

@@ -13,6 +13,7 @@ mod feedback;
 mod hardware;
 mod mutate;
 mod network;
+mod passive;
 mod policies;
 mod scope;
 mod shares;

@@ -41,11 +41,18 @@ impl Reasoning<'_> {
                 (Some(x), _) => Interval::point(libm::cos(x)),
                 _ => Interval::new(-1.0, 1.0),
             },
+            F::Asin | F::Acos
+                if order::is_less(1.0, number(0).low) || order::is_less(number(0).high, -1.0) =>
+            {
+                return self.fails(expr, "no angle has such a sine or cosine: it is not within -1 .. 1");
+            }
+            F::Asin => number(0).rising(|x| libm::asin(x.clamp(-1.0, 1.0))).widened(),
+            F::Acos => Interval::new(0.0, pi).widened(),
             F::Arc => number(0).times(number(1)),
             F::Length | F::Horizontal => Interval::NOT_NEGATIVE,
             F::Angle => Interval::new(0.0, 2.0 * pi),
             F::Inclination => Interval::new(0.0, pi).widened(),
-            F::Heading | F::Bearing | F::Wrap => Interval::new(-pi, pi).widened(),
+            F::Heading | F::Bearing | F::Wrap | F::Atan2 => Interval::new(-pi, pi).widened(),
             F::Count => first.length(),
             F::Each => {
                 let times = number(1).rising(|n| libm::floor(n.max(0.0)));

@@ -109,10 +109,7 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("any", FUNCTION, "write `exists p in part: CONDITION`"),
     ("all", FUNCTION, "write `forall p in part: CONDITION`"),
     ("pow", FUNCTION, "there is no power function: write `x * x`, or `exp(n * ln(x))`"),
-    ("asin", FUNCTION, NO_INVERSE),
-    ("acos", FUNCTION, NO_INVERSE),
-    ("atan", FUNCTION, NO_INVERSE),
-    ("atan2", FUNCTION, NO_INVERSE),
+    ("atan", FUNCTION, "write `atan2(y, x)`, or `atan2(x, 1)` for the angle of one tangent"),
     ("log", FUNCTION, "write `ln(x)` for the natural logarithm"),
     ("gaussian", FUNCTION, "write `normal(mean, deviation)`"),
     ("gauss", FUNCTION, "write `normal(mean, deviation)`"),
@@ -237,8 +234,6 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("rev", UNIT, "a full turn is `360 deg`"),
     ("rps", UNIT, "1 turn a second is `360 deg/s`"),
 ];
-
-const NO_INVERSE: &str = "there are no inverse functions: `bearing(v)` is the direction of a vector along the ground, `angle(a, b)` that from one rotation to another";
 
 /// What findings can be about a habit: names, words, units and text that cannot be read.
 fn may_be(code: &Code) -> bool {

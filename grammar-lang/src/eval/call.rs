@@ -27,6 +27,9 @@ impl Function {
                 | F::Sin
                 | F::Cos
                 | F::Tan
+                | F::Asin
+                | F::Acos
+                | F::Atan2
                 | F::Arc
                 | F::Wrap
         )
@@ -73,6 +76,13 @@ impl Evaluation<'_> {
             F::Sin => libm::sin(x),
             F::Cos => libm::cos(x),
             F::Tan => libm::tan(x),
+            F::Asin | F::Acos if !order::is_within(-1.0, x, 1.0) => {
+                return fail(expr, "no angle has such a sine or cosine: it is not within -1 .. 1");
+            }
+            F::Asin => libm::asin(x.clamp(-1.0, 1.0)),
+            F::Acos => libm::acos(x.clamp(-1.0, 1.0)),
+            // Half a turn is positive, as of `wrap`: rounding makes zeros with either sign.
+            F::Atan2 => libm::atan2(x + 0.0, self.number(rest.first().ok_or_else(|| missing(expr))?)? + 0.0),
             F::Arc => x * self.number(rest.first().ok_or_else(|| missing(expr))?)?,
             F::Wrap => {
                 let turn = 2.0 * std::f64::consts::PI;

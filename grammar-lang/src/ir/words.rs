@@ -110,6 +110,9 @@ words! {
         Sin "sin" "The sine of an angle.";
         Cos "cos" "The cosine of an angle.";
         Tan "tan" "The tangent of an angle.";
+        Asin "asin" "asin(number): the angle of this sine, -90 deg to 90 deg.";
+        Acos "acos" "acos(number): the angle of this cosine, 0 deg to 180 deg.";
+        Atan2 "atan2" "atan2(y, x): the angle from the direction of x to that of y, -180 deg to 180 deg.";
         Arc "arc" "arc(radius, angle): the length of an arc.";
         Length "length" "The length of a vector.";
         Horizontal "horizontal" "The length of a vector's part along the ground.";
@@ -169,12 +172,12 @@ words! {
         LeastCorner "least_corner" "The corner of its bounding box with the least coordinates as a motion begins, in the frame of the core.";
         GreatestCorner "greatest_corner" "The corner of its bounding box with the greatest coordinates as a motion begins, in the frame of the core.";
         LowestPoint "lowest_point" "The height of its lowest point as a motion begins, from the centre of the core.";
-        LeastBend "least_bend" "Of an actuator that bends or twists: the low end of its range.";
-        GreatestBend "greatest_bend" "Of an actuator that bends or twists: the high end of its range.";
-        LeastDistance "least_distance" "Of an actuator that slides: the low end of its range.";
-        GreatestDistance "greatest_distance" "Of an actuator that slides: the high end of its range.";
-        NeutralBend "neutral_bend" "Of an actuator that bends or twists: where it rests, its `neutral`.";
-        NeutralDistance "neutral_distance" "Of an actuator that slides: where it rests, its `neutral`.";
+        LeastBend "least_bend" "Of what bends or twists: the low end of its range.";
+        GreatestBend "greatest_bend" "Of what bends or twists: the high end of its range.";
+        LeastDistance "least_distance" "Of what slides: the low end of its range.";
+        GreatestDistance "greatest_distance" "Of what slides: the high end of its range.";
+        NeutralBend "neutral_bend" "Of what bends or twists: where it rests, its `neutral`.";
+        NeutralDistance "neutral_distance" "Of what slides: where it rests, its `neutral`.";
         GreatestSpeed "greatest_speed" "Of an actuator that spins: how fast it can turn.";
         Work "work" "Of an actuator: the mechanical work that it did in the motion.";
     }
@@ -241,11 +244,11 @@ words! {
         Velocity "velocity" "In a sensor: how fast its centre moves.";
         AngularVelocity "angular_velocity" "In a sensor: how fast it turns, as a vector along the axis of the turn.";
         Load "load" "In a sensor: the force with which the ground carries it, of a part that of all its elements together.";
-        Angle "angle" "In a sensor: how far an actuator is bent or twisted, from base to tip.";
+        Angle "angle" "In a sensor: how far a row is bent or twisted, from base to tip, or the joint that a part hangs on has turned.";
         AngleRate "angle_rate" "In a sensor: how fast that angle grows.";
-        Distance "distance" "In a sensor: how far an actuator that slides has slid.";
+        Distance "distance" "In a sensor: how far a row that slides has slid, from base to tip, or the joint that a part hangs on.";
         DistanceRate "distance_rate" "In a sensor: how fast that distance grows.";
-        Speed "speed" "In a sensor: how fast an actuator spins.";
+        Speed "speed" "In a sensor: how fast what spins turns.";
     }
 }
 
@@ -321,26 +324,16 @@ impl Attribute {
         let part = |a: &PartAttribute| (Self::Part(*a), a.ty());
         let track = |t: &Track| (Self::Track(*t), t.ty());
         let moving = [Track::Position, Track::Rotation];
-        let felt = |of_actuators: bool| {
-            Track::ALL
-                .iter()
-                .filter(move |t| t.is_felt() && (of_actuators || !t.is_of_actuators()))
-                .map(track)
-        };
+        let felt = || Track::ALL.iter().filter(|t| t.is_felt()).map(track);
         match thing {
             Ty::Part => {
                 let all = PartAttribute::ALL.iter().filter(|a| !a.is_of_actuators());
-                all.map(part).chain(moving.iter().map(track)).chain(felt(false)).collect()
+                all.map(part).chain(moving.iter().map(track)).chain(felt()).collect()
             }
             Ty::Actuator => {
                 let (of_motion, of_design): (Vec<_>, Vec<_>) =
                     PartAttribute::ALL.iter().map(part).partition(|(a, _)| a.is_of_motion());
-                of_design
-                    .into_iter()
-                    .chain(moving.iter().map(track))
-                    .chain(of_motion)
-                    .chain(felt(true))
-                    .collect()
+                of_design.into_iter().chain(moving.iter().map(track)).chain(of_motion).chain(felt()).collect()
             }
             Ty::Cell => {
                 let all = CellAttribute::ALL.iter().map(|a| (Self::Cell(*a), a.ty()));
@@ -351,7 +344,7 @@ impl Attribute {
             Ty::Step => StepAttribute::ALL.iter().map(|a| (Self::Step(*a), a.ty())).collect(),
             Ty::Element => {
                 let all = ElementAttribute::ALL.iter().map(|a| (Self::Element(*a), a.ty()));
-                Track::ALL.iter().filter(|t| !t.is_of_actuators()).map(track).chain(all).collect()
+                Track::ALL.iter().filter(|t| !t.is_of_joints()).map(track).chain(all).collect()
             }
             Ty::Vector(dimension) => {
                 Axis::ALL.iter().map(|a| (Self::Axis(*a), Ty::Quantity(*dimension))).collect()
@@ -372,17 +365,7 @@ impl PartAttribute {
     /// Whether only actuators have it.
     #[must_use]
     pub fn is_of_actuators(self) -> bool {
-        matches!(
-            self,
-            Self::LeastBend
-                | Self::GreatestBend
-                | Self::LeastDistance
-                | Self::GreatestDistance
-                | Self::NeutralBend
-                | Self::NeutralDistance
-                | Self::GreatestSpeed
-                | Self::Work
-        )
+        matches!(self, Self::GreatestSpeed | Self::Work)
     }
 
     fn ty(self) -> Ty {
@@ -467,19 +450,17 @@ impl Track {
         !matches!(self, Self::Position | Self::Rotation | Self::Lowest)
     }
 
-    /// Whether only actuators have it.
+    /// Whether it is of joints: of an actuator, of a passive row, or of a part that hangs on a joint.
     #[must_use]
-    pub fn is_of_actuators(self) -> bool {
+    pub fn is_of_joints(self) -> bool {
         matches!(self, Self::Angle | Self::AngleRate | Self::Distance | Self::DistanceRate | Self::Speed)
     }
 
-    /// Whether an actuator with this joint has it.
+    /// Whether a joint of this kind has it.
     #[must_use]
     pub fn is_of(self, joint: JointKind) -> bool {
         match self {
-            Self::Angle | Self::AngleRate => {
-                matches!(joint, JointKind::Bend | JointKind::Twist | JointKind::Socket)
-            }
+            Self::Angle | Self::AngleRate => matches!(joint, JointKind::Bend | JointKind::Twist),
             Self::Distance | Self::DistanceRate => joint == JointKind::Slide,
             Self::Speed => joint == JointKind::Spin,
             _ => true,

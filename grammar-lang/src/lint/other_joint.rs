@@ -1,5 +1,4 @@
-//! Actuations and sensors that ask actuators for what joints of another kind have: a slide has no bend, and nothing measures how far
-//! a passive row has turned.
+//! Actuations and sensors that ask for what joints of another kind have: a slide has no bend, and a ball in its socket no angle.
 
 use std::collections::BTreeSet;
 
@@ -36,37 +35,48 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     sensors(known, findings);
 }
 
-/// Sensors of actuators of which none has what is measured.
+/// Sensors of parts of which none has what is measured.
 fn sensors(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     for (name, sensor) in &ruleset.sensors {
         let Some(of) = &sensor.of else { continue };
-        let kinds = || ruleset.actuators.iter().filter(|(kind, _)| known.facts.belongs(kind, of));
-        let Some((kind, first)) = kinds().next() else { continue };
+        let parts = ruleset.parts.iter().map(|(kind, part)| (kind, part.joint.as_ref(), part.span));
+        let rows = ruleset.actuators.iter().map(|(kind, row)| (kind, Some(&row.joint), row.span));
+        let kinds: Vec<_> = parts.chain(rows).filter(|(kind, ..)| known.facts.belongs(kind, of)).collect();
+        // What has a joint of another kind is told first: it is more likely to be meant.
+        let Some((kind, joint, span)) = kinds.iter().find(|(_, joint, _)| joint.is_some()).or(kinds.first())
+        else {
+            continue;
+        };
         sensor.value.any(&mut |asked| {
             let Some(track) = track(asked) else { return false };
-            if kinds().any(|(_, actuator)| actuator.motor.is_some() && track.is_of(actuator.joint.kind)) {
+            if kinds.iter().any(|(_, joint, _)| joint.is_some_and(|joint| track.is_of(joint.kind))) {
                 return false;
             }
-            let (joint, track) = (first.joint.kind, track.text());
-            let (message, help) = if first.motor.is_none() {
-                (
-                    format!("nothing drives `{kind}`: no actuator measures its `{track}`"),
-                    "read how fast its parts turn, as in `(x.angular_velocity at now).y`".to_owned(),
-                )
-            } else {
-                let have = match joint {
-                    JointKind::Bend | JointKind::Twist | JointKind::Socket => "`angle` and `angle_rate`",
-                    JointKind::Slide => "`distance` and `distance_rate`",
-                    JointKind::Spin => "`speed`",
-                };
-                let does = joint.does();
-                (format!("`{kind}` {does} and has no `{track}`"), format!("what {does} has {have}"))
+            let track = track.text();
+            let (message, help) = match joint.map(|joint| joint.kind) {
+                None => (
+                    format!("`{kind}` hangs on no joint and has no `{track}`"),
+                    "measure what has a joint, or how the part moves, as in `p.velocity at now`".to_owned(),
+                ),
+                Some(JointKind::Socket) => (
+                    format!("`{kind}` turns about three axes and has no `{track}`"),
+                    "measure how the part lies, as in `p.rotation at now`".to_owned(),
+                ),
+                Some(joint) => {
+                    let have = match joint {
+                        JointKind::Slide => "`distance` and `distance_rate`",
+                        JointKind::Spin => "`speed`",
+                        _ => "`angle` and `angle_rate`",
+                    };
+                    let does = joint.does();
+                    (format!("`{kind}` {does} and has no `{track}`"), format!("what {does} has {have}"))
+                }
             };
             findings.push(
                 Diagnostic::new(Code::NO_VALUE, asked.span, message)
                     .label(format!("`{name}` never has a value"))
-                    .also(first.span, "this actuator")
+                    .also(*span, "this kind")
                     .help(help),
             );
             true
@@ -74,11 +84,11 @@ fn sensors(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// What a sensor asks of the actuator itself that only some joints have.
+/// What a sensor asks of the part itself that only some joints have.
 fn track(expr: &Expr) -> Option<Track> {
     match &expr.kind {
         ExprKind::Attribute(of, Attribute::Track(track))
-            if matches!(of.kind, ExprKind::Local(0)) && track.is_of_actuators() =>
+            if matches!(of.kind, ExprKind::Local(0)) && track.is_of_joints() =>
         {
             Some(*track)
         }

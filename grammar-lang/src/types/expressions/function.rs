@@ -157,7 +157,7 @@ impl Expressions<'_> {
         cx: &Context,
     ) -> Vec<Expr> {
         use Function as F;
-        if matches!(function, F::Min | F::Max | F::Clamp | F::Normal | F::Uniform | F::Vector) {
+        if matches!(function, F::Min | F::Max | F::Clamp | F::Normal | F::Uniform | F::Vector | F::Atan2) {
             // A literal 0 takes the dimension of its companions.
             let model =
                 checked.iter().map(|e| e.ty.clone()).find(|t| matches!(t, Ty::Quantity(d) if !d.is_number()));
@@ -190,7 +190,7 @@ impl Expressions<'_> {
 fn parameters(function: Function) -> Vec<Ty> {
     use Function as F;
     match function {
-        F::Floor | F::Ceil | F::Round | F::Fraction | F::Exp | F::Ln => vec![Ty::NUMBER],
+        F::Floor | F::Ceil | F::Round | F::Fraction | F::Exp | F::Ln | F::Asin | F::Acos => vec![Ty::NUMBER],
         F::Sin | F::Cos | F::Tan => vec![Ty::Quantity(Dimension::ANGLE)],
         F::Angle => vec![Ty::Rotation, Ty::Rotation],
         F::Heading | F::Inclination | F::Inverse => vec![Ty::Rotation],
@@ -229,7 +229,13 @@ fn result(function: Function, tys: &[Ty]) -> Option<Ty> {
             Ty::Vector(d) => Some(Ty::Quantity(*d)),
             _ => None,
         },
-        F::Angle | F::Heading | F::Inclination | F::Wrap => Some(Ty::Quantity(Dimension::ANGLE)),
+        F::Angle | F::Heading | F::Inclination | F::Wrap | F::Asin | F::Acos => {
+            Some(Ty::Quantity(Dimension::ANGLE))
+        }
+        F::Atan2 => match (first.dimension(), tys.get(1).and_then(Ty::dimension)) {
+            (Some(y), Some(x)) if y == x => Some(Ty::Quantity(Dimension::ANGLE)),
+            _ => None,
+        },
         F::Bearing => match &first {
             Ty::Vector(_) => Some(Ty::Quantity(Dimension::ANGLE)),
             _ => None,

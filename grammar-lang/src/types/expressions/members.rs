@@ -216,8 +216,15 @@ impl Expressions<'_> {
                 );
             }
             let built_in = Attribute::all_of(&of.ty);
-            let is_built_in =
-                |name: &str| built_in.iter().any(|(a, _)| a.text() == name && !a.is_felt());
+            // What only sensors read may be the name of a port or a parameter.
+            let is_named = |name: &str| {
+                let known = self.instance_params.iter();
+                self.environment.ports.contains(name)
+                    || known.clone().any(|known| known.of_parts.contains_key(name))
+            };
+            let is_built_in = |name: &str| {
+                built_in.iter().any(|(a, _)| a.text() == name && (!a.is_felt() || !is_named(name)))
+            };
             let (all, own): (Vec<&str>, Vec<&str>) =
                 candidates.iter().map(String::as_str).partition(|c| of.ty != Ty::Part || is_built_in(c));
             let own = match own.is_empty() {
