@@ -68,6 +68,15 @@ fn designs_at_the_first_depths_are_those_counted_by_hand() {
     // Four faces on the mirror plane, and one pair beside it.
     let mirrored = cubes(&format!("symmetry mirror xy\n{GROW}"));
     assert_eq!(counts(&run(&mirrored, &settings(1)))[1], (5, Counted::All));
+    // What one choice of a rule cannot say, as zero here, the others can.
+    let divided = cubes(
+        "rule grow { match p : part with free port q choose b in 0 .. 3 when 6 / b >= 3 attach cube to q }
+         require few : count(part) < 4 + sqrt(4 - count(part))",
+    );
+    let audit = run(&divided, &Settings { steps: 5, ..settings(1) });
+    assert_eq!(counts(&audit)[..3], [1, 6, 45].map(|n| (n, Counted::All)));
+    // A requirement that has no value stops a move, too: of five cubes.
+    assert!(audit.requirements[0].stopped > 0, "{:?}", audit.requirements);
     // A row in one direction ends.
     let row = cubes(
         "rule grow { match p : part with free port q where q is front attach cube to q }

@@ -305,6 +305,29 @@ fn a_run_that_is_asked_to_stop_says_how_to_go_on() {
     assert_same(&out, &whole);
 }
 
+/// A run that is ended where it is, after it was killed, ends no earlier than it had come: what it had found is found again.
+#[test]
+fn ending_a_killed_run_keeps_what_it_had_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = grammar(folder.path(), "1");
+    let out = folder.path().join("run");
+    let arguments = ["run", path(&grammar), "--quiet", "--checkpoint", "1h", "--out", path(&out)];
+    let mut child = start(&arguments);
+    let rows = || std::fs::read_to_string(out.join("evals.csv")).unwrap_or_default();
+    let begun = Instant::now();
+    while rows().lines().count() < 12 {
+        assert!(begun.elapsed() < Duration::from_secs(100), "{}", rows());
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let table = rows();
+    let whole = &table[..=table.rfind('\n').unwrap()];
+    assert_code(&sgc(&["resume", path(&out), "--max-evals", "1", "--quiet"]), 0);
+    assert!(rows().starts_with(whole), "{}\n{whole}", rows());
+    assert_eq!(names(&out), COMPLETE);
+}
+
 #[test]
 fn a_long_motion_is_given_up_within_a_second() {
     let folder = tempfile::tempdir().unwrap();

@@ -155,9 +155,17 @@ fn together(rules: &RuleSet, start: &Derivation, walks: &[Walk]) -> Walked {
         let drawn = applied + by.iter().map(|s| s.times).sum::<usize>();
         Rules { name, drawn, applied, stopped: by }
     };
+    // A requirement that has no value refuses, too.
+    let is_by = |blocked: &Blocked, i: usize, requirement: &grammar_lang::ir::Requirement| match blocked {
+        Blocked::NoValue(error) => {
+            let (inner, whole) = (error.span, requirement.condition.span);
+            inner.file == whole.file && whole.start <= inner.start && inner.end <= whole.end
+        }
+        blocked => *blocked == Blocked::Requirement(i),
+    };
     let of_requirement = |(i, r): (usize, &grammar_lang::ir::Requirement)| Requirements {
         name: r.name.clone(),
-        stopped: stopped.iter().filter(|((_, b), _)| *b == Blocked::Requirement(i)).map(|(_, n)| n).sum(),
+        stopped: stopped.iter().filter(|((_, b), _)| is_by(b, i, r)).map(|(_, n)| n).sum(),
     };
     let of_preference = |(i, p): (usize, &grammar_lang::ir::Preference)| {
         let all = walks.iter().flat_map(|w| &w.fulfilled);

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, more, render, sarif};
+use grammar_lang::ir::RuleSet;
 
 use super::load::{self, Checked, Text};
 use super::output::{self, Fault};
@@ -84,14 +85,19 @@ impl Check {
         let mut checked = Vec::new();
         for Text { path, name, text } in &texts {
             let text = loader.get(name).unwrap_or(text);
+            let mut examples = Examples::default();
             let found = match &self.variant {
-                Some(variant) => vec![load::check(&loader, name, text, &self.params, Some(variant))],
-                None => load::check_all(&loader, name, text, &self.params),
+                Some(variant) => {
+                    let one = load::check(&loader, name, text, &self.params, Some(variant));
+                    one.rules.iter().for_each(|rules| examples.run(rules));
+                    vec![one]
+                }
+                None => load::check_all(&loader, name, text, &self.params, &mut |rules| examples.run(rules)),
             };
             for one in &found {
                 self.tell(one)?;
             }
-            output::note(&format!("{}: {}{}", path.display(), summary(&found), examples(&found)));
+            output::note(&format!("{}: {}{}", path.display(), summary(&found), examples.told()));
             checked.extend(found);
         }
         self.tell_all(&checked)?;
@@ -136,20 +142,28 @@ fn errors(checked: &Checked) -> usize {
     checked.diagnostics.iter().filter(|d| Diagnostic::is_error(d)).count()
 }
 
-/// How many examples do not hold, if any: what the rules make of them is no business of the checks, but nobody would want to miss it.
-fn examples(checked: &[Checked]) -> String {
-    let rules = checked.iter().filter(|one| one.sound).filter_map(|one| one.rules.as_ref());
-    let (mut all, mut failed) = (0, 0);
-    for rules in rules {
+/// How many examples there are, and how many do not hold: what the rules make of them is no business of the checks, but nobody would
+/// want to miss it.
+#[derive(Default)]
+struct Examples {
+    all: usize,
+    failed: usize,
+}
+
+impl Examples {
+    fn run(&mut self, rules: &RuleSet) {
         for (name, example) in &rules.examples {
-            all += 1;
-            failed += usize::from(run_example(rules, name, example).is_err());
+            self.all += 1;
+            self.failed += usize::from(run_example(rules, name, example).is_err());
         }
     }
-    match (failed, all) {
-        (0, _) => String::new(),
-        (_, 1) => "; its example fails: `sgc test` says why".to_owned(),
-        _ => format!("; {failed} of {all} examples fail: `sgc test` says why"),
+
+    fn told(&self) -> String {
+        match (self.failed, self.all) {
+            (0, _) => String::new(),
+            (_, 1) => "; its example fails: `sgc test` says why".to_owned(),
+            (failed, all) => format!("; {failed} of {all} examples fail: `sgc test` says why"),
+        }
     }
 }
 

@@ -138,18 +138,20 @@ fn unfit(rules: &RuleSet) -> Option<Diagnostic> {
 }
 
 /// Checks the grammar of a text and each of its variants. What several of them share is
-/// told by the first.
+/// told by the first. `each` is shown the rule set of each that is sound; of several, none is kept.
 pub(super) fn check_all(
     loader: &dyn Loader,
     name: &str,
     text: &str,
     overrides: &[(String, String)],
+    each: &mut dyn FnMut(&RuleSet),
 ) -> Vec<Checked> {
     let mut compiler = Compiler::new(loader);
     let mut first = check_with(&mut compiler, name, text, overrides, None);
     // That there are too many is told by each.
     if first.offers.len() < 2 || first.offers.len() > MOST_VARIANTS {
         first.diagnostics.append(&mut first.unneeded);
+        first.rules.iter().for_each(each);
         return vec![first];
     }
     let mut all: Vec<Checked> = Vec::new();
@@ -170,6 +172,11 @@ pub(super) fn check_all(
         };
         one.diagnostics.retain(|d| !told.contains(&key(d)));
         told.extend(one.diagnostics.iter().map(key));
+        // A thousand variants of a long grammar would fill the memory.
+        one.rules.take().iter().for_each(&mut *each);
+        if one.diagnostics.is_empty() && !all.is_empty() {
+            one.sources = SourceMap::default();
+        }
         all.push(one);
     }
     let idle = used_by_none(&all);

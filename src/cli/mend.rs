@@ -130,7 +130,7 @@ impl Session<'_> {
         let mut state = State { errors: 0, offers: Vec::new(), unread: BTreeSet::new() };
         for Text { name, text, .. } in self.texts {
             let text = loader.get(name).unwrap_or(text);
-            for checked in load::check_all(loader, name, text, self.overrides) {
+            for checked in load::check_all(loader, name, text, self.overrides, &mut |_| {}) {
                 state.errors += checked.diagnostics.iter().filter(|d| Diagnostic::is_error(d)).count();
                 let mut read = Read::new();
                 let offers = checked.diagnostics.iter().filter_map(|d| offer(d, &checked.sources, &mut read));
@@ -312,7 +312,7 @@ fn offer(diagnostic: &Diagnostic, sources: &SourceMap, read: &mut Read) -> Optio
 
 /// What a check offers of a text by itself.
 fn alone_of(loader: &Edited, offered: &Offer) -> Vec<Offer> {
-    let checked = load::check_all(loader, &offered.key.to_string_lossy(), &offered.text, &[]);
+    let checked = load::check_all(loader, &offered.key.to_string_lossy(), &offered.text, &[], &mut |_| {});
     let of = |checked: &load::Checked| {
         let mut read = Read::new();
         let offers = checked.diagnostics.iter().filter_map(|d| offer(d, &checked.sources, &mut read));

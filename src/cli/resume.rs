@@ -66,7 +66,7 @@ impl Resume {
         }
         let mut run = RunFolder::reopen(path).map_err(Fault::usage)?;
         if let Some(max) = max_evals {
-            run.max_evals = max;
+            run.end_after(max);
         }
         let live = Live::begin(&self.work, run.folder.path());
         let jobs = Jobs::new(self.work.jobs());

@@ -101,7 +101,7 @@ impl Several<'_> {
     fn one(&self, path: &Path, jobs: Jobs, live: Option<&Live>) -> Result<Ended, Fault> {
         let mut run = RunFolder::reopen(path).map_err(Fault::usage)?;
         if let Some(max) = self.max_evals {
-            run.max_evals = max;
+            run.end_after(max);
         }
         let work = self.work.clone();
         Session { run, work, jobs, deadline: self.deadline, told: false, live }.go(self.flag)

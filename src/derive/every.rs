@@ -58,11 +58,12 @@ impl Derivation {
     }
 
     /// Every match of a rule with every choice that can be drawn for it, but at most so many. Of a continuous
-    /// domain the numbers of `hints` are tried that lie in it, and some drawn ones.
+    /// domain the numbers of `hints` are tried that lie in it, and some drawn ones. A choice with which an expression of the rule has no
+    /// value is left out, as no move can make it.
     ///
     /// # Errors
     ///
-    /// [`EvalError`] when an expression of the rule has no value.
+    /// [`EvalError`] when what the rule matches has no value.
     pub fn applications(
         &self,
         rules: &RuleSet,
@@ -75,7 +76,7 @@ impl Derivation {
         let drawing = Drawing { scope, rule };
         let mut every = Every { drawing, extent, looked: 0, random, found: Applications::default() };
         for mut bound in self.matches(rules, rule)? {
-            every.choose(0, &mut bound)?;
+            every.choose(0, &mut bound);
         }
         Ok(every.found)
     }
@@ -150,14 +151,18 @@ struct Every<'a> {
 
 impl Every<'_> {
     /// Goes through the choices from number `index` on.
-    fn choose(&mut self, index: usize, locals: &mut Vec<Value>) -> Result<(), EvalError> {
+    fn choose(&mut self, index: usize, locals: &mut Vec<Value>) {
         let rule = self.drawing.rule;
         let Some(choice) = rule.choices.get(index) else {
             self.found.all.push(locals.clone());
-            return Ok(());
+            return;
         };
-        let domain = domain_of(evaluate(&choice.domain, &self.drawing.scope, locals)?);
-        let weighing = self.drawing.weighing(choice, &domain, locals)?;
+        let depth = locals.len();
+        let domain = evaluate(&choice.domain, &self.drawing.scope, locals).map(domain_of);
+        let weighed = domain.and_then(|domain| Ok((self.drawing.weighing(choice, &domain, locals)?, domain)));
+        // An evaluation that fails may leave locals behind.
+        locals.truncate(depth);
+        let Ok((weighing, domain)) = weighed else { return };
         let values: Vec<Value> = match &*domain {
             Domain::Range { low, high, whole: false } => {
                 self.found.sampled = true;
@@ -171,18 +176,16 @@ impl Every<'_> {
                 drawable.filter(|(i, value)| weighing.weight(*i, value) > 0.0).map(|(_, v)| v).collect()
             }
         };
-        let depth = locals.len();
         for value in values {
             self.looked += 1;
             if self.found.all.len() >= self.extent.most || self.looked / LOOKED_AT > self.extent.most {
                 self.found.sampled = true;
                 break;
             }
-            if self.drawing.fits(value, locals)? {
-                self.choose(index + 1, locals)?;
+            if self.drawing.fits(value, locals) == Ok(true) {
+                self.choose(index + 1, locals);
             }
             locals.truncate(depth);
         }
-        Ok(())
     }
 }

@@ -41,6 +41,8 @@ pub(super) struct Evals {
     sum: Sha256,
     length: u64,
     columns: More,
+    /// How many evaluations had been spent at the last row that was there when it was opened, also one that was cut off.
+    reached: u64,
 }
 
 /// The columns that not every table has.
@@ -108,7 +110,7 @@ impl Evals {
         let file = fs::File::create(path).map_err(FileError::write(path))?;
         let (path, sum) = (path.to_owned(), Sha256::new());
         let head = columns.head();
-        let mut evals = Self { path, file, sum, length: 0, columns };
+        let mut evals = Self { path, file, sum, length: 0, columns, reached: 0 };
         evals.write(&head)?;
         Ok(evals)
     }
@@ -123,7 +125,12 @@ impl Evals {
         let mut file = fs::OpenOptions::new().write(true).open(path).map_err(FileError::write(path))?;
         file.set_len(mark.bytes).map_err(FileError::write(path))?;
         file.seek(SeekFrom::End(0)).map_err(FileError::write(path))?;
-        Ok(Self { path: path.to_owned(), file, sum, length: mark.bytes, columns })
+        Ok(Self { path: path.to_owned(), file, sum, length: mark.bytes, columns, reached: spent(&bytes) })
+    }
+
+    /// How many evaluations had been spent at the last row that was there when the table was opened, also one that was cut off.
+    pub(super) fn reached(&self) -> u64 {
+        self.reached
     }
 
     /// Where the table is from now on: its folder was moved.
@@ -187,6 +194,16 @@ impl Evals {
     }
 }
 
+/// What the last whole row of a table says of the evaluations that were spent; none if there is no such row.
+fn spent(table: &[u8]) -> u64 {
+    let whole = table.iter().rposition(|byte| *byte == b'\n').map_or(&[][..], |end| &table[..end]);
+    let begin = whole.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+    let Some(column) = COLUMNS.split(',').position(|name| name == "evaluations") else { return 0 };
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(&whole[begin..]);
+    let row = reader.records().next().and_then(Result::ok);
+    row.and_then(|row| row.get(column)?.parse().ok()).unwrap_or(0)
+}
+
 /// A text as a field of a csv file.
 pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) {
@@ -199,6 +216,19 @@ pub(super) fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_table_tells_how_far_its_run_was() {
+        let head = More::default().head();
+        assert_eq!(spent(head.as_bytes()), 0, "no row yet");
+        let table = format!(
+            "{head}1,1,grow,\"a: b, c\",2,1,3.5,true,3.5,1,24,0,0,,,0,0,0,\n2,1,grow,,2,1,3.5,true,3.5,1,48,0,0,,,0,0,0,\n"
+        );
+        assert_eq!(spent(table.as_bytes()), 48);
+        // A process that was killed may leave half a row.
+        assert_eq!(spent(format!("{table}3,1,grow,,2,1,3.5,true,3.5,1,7").as_bytes()), 48);
+        assert_eq!(spent(b""), 0);
+    }
 
     #[test]
     fn rows_after_a_mark_are_cut_off_and_changed_rows_are_refused() {

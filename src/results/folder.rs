@@ -41,6 +41,14 @@ pub struct RunFolder {
     replaced: RefCell<Option<PathBuf>>,
 }
 
+impl Reopened {
+    /// Ends the run after so many evaluations, but not before it has come as far again as its table of moves says that it was: what was
+    /// found since the last checkpoint is not lost.
+    pub fn end_after(&mut self, evaluations: Option<u64>) {
+        self.max_evals = evaluations.map(|most| most.max(self.folder.evals.reached()));
+    }
+}
+
 /// A run that was stopped, read again.
 #[derive(Debug)]
 pub struct Reopened {

@@ -11,6 +11,16 @@ impl Reasoning<'_> {
         let number = |i: usize| values.get(i).map_or(Interval::ALL, Abstract::numbers);
         let first = values.first().cloned().unwrap_or(Abstract::Any);
         let pi = std::f64::consts::PI;
+        let is_doubtful = match function {
+            F::Sqrt => number(0).low < 0.0,
+            F::Ln => number(0).low <= 0.0,
+            F::Asin | F::Acos => order::is_less(number(0).low, -1.0) || order::is_less(1.0, number(0).high),
+            F::First | F::Last => first.length().low < 1.0,
+            _ => false,
+        };
+        if is_doubtful {
+            self.may_fail();
+        }
         Abstract::Number(match function {
             F::Abs => number(0).abs(),
             F::Min | F::Max => {

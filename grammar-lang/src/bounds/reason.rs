@@ -44,18 +44,24 @@ pub struct Reasoning<'f> {
     pub conditions: Vec<(Span, Truth)>,
     /// The ports of parts that are asked for.
     pub ports: Vec<Asked>,
+    /// How many places were met that may have no value for some design: a condition with one of them may refuse a move.
+    doubts: usize,
 }
 
 impl<'f> Reasoning<'f> {
     /// Knows these facts and locals.
     #[must_use]
     pub fn new(facts: &'f Facts<'f>, locals: Vec<Abstract>) -> Self {
-        Self { facts, locals, never: Vec::new(), conditions: Vec::new(), ports: Vec::new() }
+        Self { facts, locals, never: Vec::new(), conditions: Vec::new(), ports: Vec::new(), doubts: 0 }
     }
 
-    /// Whether a condition holds.
+    /// Whether a condition holds: always only if it always has a value, too.
     pub fn truth(&mut self, expr: &Expr) -> Truth {
-        self.value(expr).truth()
+        let before = self.doubts;
+        match self.value(expr).truth() {
+            Truth::Always if self.doubts > before => Truth::Sometimes,
+            truth => truth,
+        }
     }
 
     /// The numbers that an expression may have.
@@ -149,6 +155,11 @@ impl<'f> Reasoning<'f> {
         }
     }
 
+    /// Notes a place that has no value for some designs, as far as is known.
+    pub(super) fn may_fail(&mut self) {
+        self.doubts += 1;
+    }
+
     pub(super) fn fails(&mut self, expr: &Expr, reason: &'static str) -> Abstract {
         self.never.push(Never { span: expr.span, reason });
         Abstract::Any
@@ -187,10 +198,19 @@ impl<'f> Reasoning<'f> {
     fn attribute(&mut self, span: Span, of: &Expr, attribute: &Attribute) -> Abstract {
         match (attribute, self.value(of)) {
             (Attribute::Part(attribute), Abstract::Part(kinds)) => {
+                if attribute.is_of_some() {
+                    self.may_fail();
+                }
                 self.facts.part_attribute(&kinds, *attribute)
             }
             (Attribute::Param(name), Abstract::Part(kinds)) => match self.facts.param_of(&kinds, name) {
-                Some(known) => known,
+                Some(known) => {
+                    let has = |group: &Group| matches!(group, Group::Kind(kind) if self.facts.param_of(&Kinds::of(Group::Kind(kind.clone())), name).is_some());
+                    if !kinds.groups().all(has) {
+                        self.may_fail();
+                    }
+                    known
+                }
                 None => {
                     if !self.facts.is_empty(&kinds) {
                         self.never.push(Never {
@@ -259,6 +279,9 @@ impl<'f> Reasoning<'f> {
         if index.high < 0.0 || index.low >= list.length().high {
             return self.fails(expr, "no item of the list has this number");
         }
+        if index.low < 0.0 || index.high >= list.length().low {
+            self.may_fail();
+        }
         list.item()
     }
 
@@ -281,13 +304,20 @@ impl<'f> Reasoning<'f> {
                 self.fails(expr, "this divides by zero")
             }
             (Abstract::Number(x), O::Divide, Abstract::Number(y)) => {
+                if y.low <= 0.0 && y.high >= 0.0 {
+                    self.may_fail();
+                }
                 Abstract::Number(x.over(*y).unwrap_or(Interval::ALL))
+            }
+            (_, O::Divide, _) => {
+                self.may_fail();
+                Abstract::Any
             }
             (Abstract::Many(x, n), O::Add, Abstract::Many(y, m)) => {
                 Abstract::Many(Box::new(x.as_ref().clone().hull(y.as_ref().clone())), n.plus(*m))
             }
             (Abstract::Number(x), _, Abstract::Number(y)) => Abstract::Bool(compare(*x, operator, *y)),
-            (_, O::Add | O::Subtract | O::Multiply | O::Divide, _) => Abstract::Any,
+            (_, O::Add | O::Subtract | O::Multiply, _) => Abstract::Any,
             _ => Abstract::Bool(Truth::Sometimes),
         }
     }
@@ -352,6 +382,11 @@ impl<'f> Reasoning<'f> {
         if matches!(expr.ty, Ty::Vector(_)) {
             otherwise.iter().for_each(|value| drop(self.value(value)));
             return Abstract::Any;
+        }
+        let needs_one =
+            !matches!(how, Gather::Count | Gather::Clusters | Gather::Forall | Gather::Exists | Gather::Sum);
+        if needs_one && otherwise.is_none() && count.low < 1.0 {
+            self.may_fail();
         }
         gathered(*how, count, body, || otherwise.as_ref().map(|value| self.value(value)))
     }

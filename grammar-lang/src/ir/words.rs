@@ -362,6 +362,22 @@ impl Attribute {
 }
 
 impl PartAttribute {
+    /// Whether some parts do not have it: the core hangs on no port, and only some joints have ends.
+    #[must_use]
+    pub fn is_of_some(self) -> bool {
+        matches!(
+            self,
+            Self::Port
+                | Self::LeastBend
+                | Self::GreatestBend
+                | Self::LeastDistance
+                | Self::GreatestDistance
+                | Self::NeutralBend
+                | Self::NeutralDistance
+                | Self::GreatestSpeed
+        )
+    }
+
     /// Whether only actuators have it.
     #[must_use]
     pub fn is_of_actuators(self) -> bool {

@@ -10,8 +10,10 @@ use super::known::Known;
 
 /// A count with more values than this is tried at its ends only.
 const FEW: f64 = 16.0;
-/// More combinations than this are not tried.
+/// More combinations than this are not tried: fewer of a part with many ports, each of which is worked out for each.
 const MOST: usize = 1024;
+/// A part with so many ports is tried with half as many combinations.
+const PORTS: usize = 16;
 
 /// The values of the parameters of one part, by name.
 pub(super) type Given = IndexMap<String, Value>;
@@ -23,9 +25,7 @@ pub(super) fn made<'k>(
 ) -> impl Iterator<Item = (Given, Result<Made, Unmade>)> + use<'k> {
     let rules = known.ruleset;
     let given = match varies(kind) {
-        true => [Tried::Within, Tried::Ends]
-            .into_iter()
-            .find_map(|tried| combinations(known, kind.params(), tried)),
+        true => [Tried::Within, Tried::Ends].into_iter().find_map(|tried| combinations(known, kind, tried)),
         false => Some(vec![Given::new()]),
     };
     let given = given.unwrap_or_default();
@@ -76,15 +76,12 @@ enum Tried {
 }
 
 /// Values for all parameters; none if these are too many.
-fn combinations(
-    known: &Known<'_>,
-    params: &IndexMap<String, InstanceParam>,
-    tried: Tried,
-) -> Option<Vec<Given>> {
+fn combinations(known: &Known<'_>, kind: Kind<'_>, tried: Tried) -> Option<Vec<Given>> {
+    let ports = if let Kind::Block(part) = kind { part.ports.len() } else { 0 };
     let mut all = vec![Given::new()];
-    for (name, param) in params {
+    for (name, param) in kind.params() {
         let values = values(known, param, tried);
-        if all.len() * values.len() > MOST {
+        if all.len() * values.len() > MOST * PORTS / (PORTS + ports) {
             return None;
         }
         all = all
