@@ -197,6 +197,9 @@ fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) 
             if many == 1 { "its" } else { "their" },
             if many == 1 { "was" } else { "were" },
         ));
+        if let Some(first) = &tally.first_unstable {
+            output::note(&format!("the first of them: {first}"));
+        }
     }
 }
 

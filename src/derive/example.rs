@@ -80,9 +80,10 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                 let Refused { blocked, reason, .. } = match apply(rules, &derivation, application, &locals) {
                     Err(Undone::Refused(refused)) => refused,
                     Err(Undone::NoValue(error)) => return Err(no_value(error)),
-                    Ok(_) => {
+                    Ok((done, _)) => {
                         let message = format!("`{}` should be refused", application.rule);
-                        return Err(fail(application.span, message, "but it can be done".into()));
+                        let reason = holds(rules, &done, by.as_deref());
+                        return Err(fail(application.span, message, reason));
                     }
                 };
                 let stopped = blocked.map_or(String::new(), |b| b.text(rules));
@@ -96,6 +97,26 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
     Ok(derivation)
 }
 
+/// That a step can be done which should have been refused, with the two sides of what should have refused it.
+fn holds(rules: &RuleSet, done: &Derivation, by: Option<&str>) -> String {
+    let requirement = by.and_then(|by| rules.requirements.iter().find(|one| one.name == by));
+    let sides = requirement.and_then(|one| sides(&one.condition, &DesignScope::new(rules, done), &[]));
+    match (requirement, sides) {
+        (Some(one), Some(sides)) => format!("but it can be done: of `{}`, {sides} is true then", one.name),
+        _ => "but it can be done".to_owned(),
+    }
+}
+
+/// What stands on the two sides of a comparison, if it is one of numbers.
+fn sides(condition: &Expr, scope: &DesignScope<'_>, locals: &[Value]) -> Option<String> {
+    let ExprKind::Binary(a, operator, b) = &condition.kind else { return None };
+    let side = |e: &Expr| match evaluate(e, scope, &mut locals.to_vec()) {
+        Ok(Value::Number(x)) => e.ty.dimension().map(|d| units::shown(x, d)),
+        _ => None,
+    };
+    Some(format!("{} {} {}", side(a)?, operator.symbol(), side(b)?))
+}
+
 /// Why an expectation does not hold: what stands on its two sides, if that is what it compares.
 fn falsehood(condition: &Expr, scope: &DesignScope<'_>, locals: &[Value]) -> String {
     let ExprKind::Binary(a, operator, b) = &condition.kind else { return "false here".to_owned() };
@@ -103,14 +124,7 @@ fn falsehood(condition: &Expr, scope: &DesignScope<'_>, locals: &[Value]) -> Str
         let holds = |e: &Expr| matches!(evaluate(e, scope, &mut locals.to_vec()), Ok(Value::Bool(true)));
         return falsehood(if holds(a) { b } else { a }, scope, locals);
     }
-    let side = |e: &Expr| match evaluate(e, scope, &mut locals.to_vec()) {
-        Ok(Value::Number(x)) => e.ty.dimension().map(|d| units::shown(x, d)),
-        _ => None,
-    };
-    match (side(a), side(b)) {
-        (Some(a), Some(b)) => format!("false here: {a} {} {b}", operator.symbol()),
-        _ => "false here".to_owned(),
-    }
+    sides(condition, scope, locals).map_or("false here".to_owned(), |sides| format!("false here: {sides}"))
 }
 
 /// Why a rule cannot be applied with chosen values.

@@ -58,6 +58,9 @@ pub struct Tally {
     pub unfit: Option<(u64, String)>,
     /// Candidates that lost their value at half the step.
     pub unstable: u64,
+    /// What the first of them was worth, and what it was worth at half the step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_unstable: Option<String>,
     /// Candidates that lost their value with rods in place of hinges.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub with_rods: u64,
@@ -96,6 +99,9 @@ impl Tally {
             self.count_unfit(*more, reason);
         }
         self.unstable += other.unstable;
+        if self.first_unstable.is_none() {
+            self.first_unstable.clone_from(&other.first_unstable);
+        }
         self.with_rods += other.with_rods;
         self.hopeless += other.hopeless;
         self.diverged += other.diverged;

@@ -378,8 +378,7 @@ impl Tuner<'_> {
         let Some(value) =
             half.value.as_ref().ok().filter(|_| self.confirms(nominal, &half, Fidelity::HalfStep))
         else {
-            tuning.tally.unstable += 1;
-            return Err(Counted::Unsound);
+            return Err(self.unstable(tuning, nominal, &half, "in the nominal world"));
         };
         if self.evaluator.has_rods() {
             let rods = self.evaluator.closely(stop, candidate, Fidelity::Rods).ok_or(Counted::Stopped)?;
@@ -387,6 +386,23 @@ impl Tuner<'_> {
             self.kept_with_rods(tuning, nominal, &rods)?;
         }
         Ok(Nominal { value: *value, each: &half.each }.own())
+    }
+
+    /// Counts curves that lose their value at half the step, and says of the first what it was.
+    fn unstable(&self, tuning: &mut Tuning, found: Nominal<'_>, half: &Evaluated, place: &str) -> Counted {
+        tuning.tally.unstable += 1;
+        if tuning.tally.first_unstable.is_none() {
+            let unit = &self.task().objective.unit;
+            let shown = |value: f64| format!("{value:.4} {unit}").trim_end().to_owned();
+            let half = match &half.value {
+                Ok(value) => shown(Nominal { value: *value, each: &half.each }.own()),
+                Err(Missing::Elsewhere(world)) => format!("no value, because of the world `{world}`,"),
+                Err(_) => "no value".to_owned(),
+            };
+            let was = shown(found.own());
+            tuning.tally.first_unstable = Some(format!("{was} {place}, and {half} at half the step"));
+        }
+        Counted::Unsound
     }
 
     /// Whether a value over all worlds is kept at half the step, and with rods where the search asks for that.
@@ -401,8 +417,7 @@ impl Tuner<'_> {
         let half = self.evaluator.in_worlds(stop, candidate, Fidelity::HalfStep).ok_or(Counted::Stopped)?;
         *spent += worlds;
         if !self.confirms(found, &half, Fidelity::HalfStep) {
-            tuning.tally.unstable += 1;
-            return Err(Counted::Unsound);
+            return Err(self.unstable(tuning, found, &half, "over all worlds"));
         }
         if self.evaluator.has_rods() {
             let rods = self.evaluator.in_worlds(stop, candidate, Fidelity::Rods).ok_or(Counted::Stopped)?;

@@ -48,7 +48,11 @@ impl Expressions<'_> {
                 let kind = self.infer(callee, cx);
                 return self.chosen_with(name, kind, local, arguments, span, cx);
             }
-            if local.is_none() {
+            // What is no curve cannot be called: then the function of this name is meant.
+            let is_called = local.is_some_and(|local| {
+                matches!(local.ty, Ty::Curve(_) | Ty::Unknown) || Function::named(name).is_none()
+            });
+            if !is_called {
                 let program = self.environment.program;
                 if let Some((declaration, item)) = program.lookup(callee.span, name) {
                     match &item.kind {

@@ -21,6 +21,21 @@ struct Asked<'n> {
     stage: Stage,
 }
 
+/// Fields of kinds of parts, which people ask parts for.
+const OF_KINDS: [&str; 11] = [
+    "torque",
+    "effort",
+    "stiffness",
+    "damping",
+    "density",
+    "friction",
+    "range",
+    "bend",
+    "bending_speed",
+    "relaxing_speed",
+    "neutral",
+];
+
 impl Expressions<'_> {
     /// A port by its name, if that is what an expression is.
     pub(in crate::types) fn port_name(&self, tree: &ast::Expr) -> Option<Expr> {
@@ -204,6 +219,12 @@ impl Expressions<'_> {
                 return Some(format!(
                     "there may be many of a kind: name one, as `s` in `match s : {kind}`, `attach {kind} to q as s` or \
                      `forall s in {kind}: ...`{and_write}"
+                ));
+            }
+            if matches!(of.ty, Ty::Actuator | Ty::Part) && OF_KINDS.contains(&name.text.as_str()) {
+                let name = &name.text;
+                return Some(format!(
+                    "what a kind says of its `{name}` is neither read nor set elsewhere: give the kind a parameter, which `{name}` reads, and use that"
                 ));
             }
             if let Some(owner) = owner.filter(|_| of.ty != Ty::Port) {

@@ -117,8 +117,8 @@ pub(super) struct Expressions<'a> {
     pub(super) touched: IndexSet<Declaration>,
     /// Parameters that are being checked or have been.
     params: BTreeMap<Declaration, CheckedParam>,
-    /// Named constants that have been checked; `None` while they are.
-    inlined: BTreeMap<Declaration, Option<Expr>>,
+    /// Named constants that have been checked, and fields of models by their names; `None` while they are.
+    inlined: BTreeMap<(Declaration, String), Option<Expr>>,
     /// The types of values that read shared variables.
     shared_types: BTreeMap<Declaration, Ty>,
     /// Whether an expression is being checked, so that what is checked now is a piece of it.
@@ -271,8 +271,14 @@ impl<'a> Expressions<'a> {
 
     /// A named constant, put in the place of its name.
     pub(super) fn inline(&mut self, declaration: Declaration, value: &ast::Expr) -> Expr {
+        self.inline_field(declaration, "", value)
+    }
+
+    /// The same for a field of a model, whose name is given.
+    pub(super) fn inline_field(&mut self, declaration: Declaration, field: &str, value: &ast::Expr) -> Expr {
         let unknown = Expr { kind: ir::ExprKind::Bool(false), ty: Ty::Unknown, span: value.span };
-        if let Some(done) = self.inlined.get(&declaration) {
+        let key = (declaration, field.to_owned());
+        if let Some(done) = self.inlined.get(&key) {
             if let Some(done) = done {
                 return done.clone();
             }
@@ -283,7 +289,7 @@ impl<'a> Expressions<'a> {
             self.tell_too_deep(value.span);
             return unknown;
         }
-        self.inlined.insert(declaration, None);
+        self.inlined.insert(key.clone(), None);
         self.open.push(declaration);
         self.open_constants += 1;
         let mut cx = Context::new(Stage::Declaration, false);
@@ -305,7 +311,7 @@ impl<'a> Expressions<'a> {
             );
             expr = unknown.clone();
         }
-        self.inlined.insert(declaration, Some(expr.clone()));
+        self.inlined.insert(key, Some(expr.clone()));
         expr
     }
 

@@ -15,6 +15,10 @@ use crate::units::{self, Unit};
 /// What an actuation has of which there is one.
 const SHARED: &str = "shared variable";
 
+/// The fields of a model that can be read wherever a constant can: what a grammar says of its world and its times.
+const OF_MODEL: [&str; 7] =
+    ["gravity", "ground_friction", "step", "control", "record", "speed_limit", "pace_limit"];
+
 impl Expressions<'_> {
     pub(super) fn name(&mut self, name: &str, span: Span, cx: &mut Context) -> Expr {
         let make = |kind, ty| Expr { kind, ty, span };
@@ -132,6 +136,13 @@ impl Expressions<'_> {
                     span,
                     format!("`{name}` is a task, not a value"),
                     &format!("ask for its value: `{name}.value`"),
+                );
+            }
+            ItemKind::Block(BlockKind::Model, _) => {
+                return self.wrong(
+                    span,
+                    format!("`{name}` is a model, not a value"),
+                    &format!("read one of its numbers, such as `{name}.gravity`"),
                 );
             }
             other => other.kind().map_or("a declaration", |kind| kind.what),
@@ -272,6 +283,21 @@ impl Expressions<'_> {
                     return Some(Expr { kind, ty: Ty::Enum(head.clone()), span });
                 }
                 (values.iter().map(|v| v.text.as_str()).collect(), "value")
+            }
+            ItemKind::Block(BlockKind::Model, block) => {
+                self.touched.insert(declaration);
+                let readable = block.fields.iter().filter_map(|field| match field {
+                    ast::Field::Value(own, value) if OF_MODEL.contains(&own.text.as_str()) => {
+                        Some((own, value))
+                    }
+                    _ => None,
+                });
+                let readable: Vec<(&Name, &ast::Expr)> = readable.collect();
+                if let Some((own, value)) = readable.iter().find(|(own, _)| own.text == name.text) {
+                    let value = self.inline_field(declaration, &own.text, value);
+                    return Some(Expr { span, ..value });
+                }
+                (readable.iter().map(|(own, _)| own.text.as_str()).collect(), "number")
             }
             ItemKind::Task(_, items) => {
                 self.touched.insert(declaration);
