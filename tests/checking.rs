@@ -84,6 +84,41 @@ fn what_none_of_several_grammars_uses_is_told_once() {
     assert!(lines[0].contains("7:13: warning[W0701] nothing uses `nobody`"), "{told}");
 }
 
+/// What a variant no longer reads is not idle, as long as the grammar that it changes reads it.
+#[test]
+fn what_a_variant_leaves_unread_its_grammar_may_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("limited.sgr");
+    let text = "grammar limited
+use std.actuators  { bender }
+use std.blocks     { cube }
+use std.models     { hinge_model }
+use std.objectives { travel }
+use std.search     { gait_evolution }
+begin { place core : cube  place limb : bender to core.front }
+actuation act for a : bender {
+  shared k     : Number in 0 .. 1 mutate 0.3 by normal(0, 0.3)
+  let    most  = 20 deg
+  let    spare = 3 deg
+  let    swing = min(k * 40 deg, most)
+  drive  angle = swing * sin(t / 2 s * 360 deg)
+}
+actuate  bender with act
+simulate hinge_model for 5 s
+maximize travel in cm
+search   gait_evolution
+variant free of limited { set act.swing = k * 40 deg }
+";
+    std::fs::write(&path, text).unwrap();
+    let path = path.to_string_lossy();
+    let told = printed(&sgc(&["check", "--format", "concise", &path]));
+    let warnings: Vec<&str> = told.lines().filter(|line| line.contains("W0701")).collect();
+    assert!(warnings.len() == 1 && warnings[0].contains("11:10"), "{told}");
+    // Nor where the variant alone is read.
+    let alone = sgc(&["derive", &path, "--variant", "free", "--steps", "1"]);
+    assert!(!errors(&alone).contains("W0701"), "{}", errors(&alone));
+}
+
 #[test]
 fn a_parameter_is_given_once_and_a_grammar_is_no_design() {
     let output = sgc(&["check", "grammars/codesign.sgr", "-p", "max_actuators=4", "-p", "max_actuators=5"]);

@@ -206,13 +206,14 @@ fn geometric(function: Function, values: &[Value]) -> Option<Value> {
         (F::Heading, [Value::Rotation([w, x, y, z])]) => {
             // The rotated x axis; left of forward is towards -z.
             let (ahead, right) = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * z - w * y));
-            Value::Number(libm::atan2(-right, ahead))
+            // A zero is positive: half a turn is, too.
+            Value::Number(libm::atan2(0.0 - right, ahead))
         }
         // The height of the rotated y axis.
         (F::Inclination, [Value::Rotation([_, x, _, z])]) => {
             Value::Number(libm::acos((1.0 - 2.0 * (x * x + z * z)).clamp(-1.0, 1.0)))
         }
-        (F::Bearing, [Value::Vector([x, _, z])]) => Value::Number(libm::atan2(-z, *x)),
+        (F::Bearing, [Value::Vector([x, _, z])]) => Value::Number(libm::atan2(0.0 - z, *x)),
         (F::Rotated, [Value::Vector(v), Value::Rotation(q)]) => Value::Vector(rotated(*v, *q)),
         (F::Inverse, [Value::Rotation([w, x, y, z])]) => Value::Rotation([*w, -x, -y, -z]),
         (F::Angle, [Value::Rotation(a), Value::Rotation(b)]) => {

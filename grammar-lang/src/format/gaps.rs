@@ -39,10 +39,12 @@ pub(super) fn gaps(tree: &Tree<'_>, trivia: &[Trivia<'_>]) -> Vec<Gap> {
         let commented = i.checked_sub(1).and_then(|b| trivia.get(b)).is_some_and(|t| t.after.is_some());
         let here = trivia.get(i);
         let pair = tree.meeting(i);
+        let indexes =
+            open.last().is_some_and(|open| is_index(tree, *open)) && (before == "[" || token.text == "]");
         gaps.push(Gap {
             space: usize::from(i > 0 && !tight(tree, i, before, token.text)),
             width: token.text.chars().count(),
-            may_break: may_break(tree, i, before, token.text),
+            may_break: !indexes && may_break(tree, i, before, token.text),
             must_break: commented || here.is_some_and(|t| !t.before.is_empty()),
             after_equals: before == "=",
             after_comma: before == ",",
@@ -61,6 +63,12 @@ pub(super) fn gaps(tree: &Tree<'_>, trivia: &[Trivia<'_>]) -> Vec<Gap> {
         }
     }
     gaps
+}
+
+/// Whether a bracket takes items of what it follows: it is short, and no line begins inside it.
+fn is_index(tree: &Tree<'_>, open: usize) -> bool {
+    let text = |token: usize| tree.leaves.get(token).map_or("", |leaf| leaf.text);
+    text(open) == "[" && open > 0 && ends_a_value(tree, open - 1, text(open - 1))
 }
 
 fn opens(text: &str) -> bool {

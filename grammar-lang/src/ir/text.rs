@@ -61,6 +61,7 @@ impl Writer<'_> {
                 Some(word) => format!("{name}.{word}"),
                 None => value.to_string(),
             },
+            Ty::Bool => (value != 0.0).to_string(),
             ty => quantity(value, ty),
         }
     }
@@ -132,7 +133,13 @@ impl Writer<'_> {
             ExprKind::Call(function, arguments) => format!("{}({})", function.text(), all(arguments)),
             ExprKind::Apply(curve, place) => format!("{}({})", show(curve), show(place)),
             ExprKind::Index(list, index) => format!("{}[{}]", show(list), show(index)),
-            ExprKind::Range(low, high) => format!("{} .. {}", show(low), show(high)),
+            ExprKind::Range(low, high) => {
+                // Between whole numbers without a point, only whole ones are meant.
+                let any = expr.ty == Ty::Domain(Box::new(Ty::NUMBER));
+                let low = show(low);
+                let point = if any && low.parse::<i64>().is_ok() { ".0" } else { "" };
+                format!("{low}{point} .. {}", show(high))
+            }
             ExprKind::Set(items) => format!("{{ {} }}", all(items)),
             ExprKind::List(items) => format!("[{}]", all(items)),
             ExprKind::Convert(x, factor) => format!("({} in units of {factor})", show(x)),

@@ -132,9 +132,7 @@ fn stray(known: &Known<'_>, name: &str, kind: Kind<'_>) -> Option<Diagnostic> {
         place,
         format!("the port `{}` of a `{name}` with {with} lies off its part", port.name),
     );
-    Some(
-        finding
-            .label("outside of the shape")
-            .help("let the place of the port follow from the same parameters as the shape"),
-    )
+    Some(finding.label("outside of the shape").help(
+        "let the place of the port follow from the same parameters as the shape, or narrow their domains",
+    ))
 }

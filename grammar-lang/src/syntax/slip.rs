@@ -108,6 +108,7 @@ impl Stop<'_> {
             .or_else(|| self.chained())
             .or_else(|| self.where_to())
             .or_else(|| self.named_early())
+            .or_else(|| self.either_kind())
             .or_else(|| self.open_bracket())
             .or_else(|| self.little_word())
             .or_else(|| self.between());
@@ -321,6 +322,19 @@ impl Stop<'_> {
         let (to, name) =
             to.split_once(" as ").map_or((to, String::new()), |(to, name)| (to, format!(" as {name}")));
         Some((format!("say where to before `{early}`: `{what} to {} {}{name}`", to.trim(), own.trim()), None))
+    }
+
+    /// `match p : wheel or ski`
+    fn either_kind(&self) -> Option<(String, Option<Fix>)> {
+        let read = Some(self.read().lines().last()?.text())
+            .filter(|_| self.clause() == "match" && self.found == "or")?;
+        let (bound, one) = read.split_once(':')?;
+        let (name, one) = (bound.split_whitespace().next_back()?, one.trim());
+        let other = self.unread("or".len()).rest_of_line().split_whitespace().next()?;
+        let help = format!(
+            "a pattern names one kind or group: `match {name} : part where {name} is {one} or {name} is {other}`"
+        );
+        Some((help, None))
     }
 
     /// `attach cube to q as s by front`

@@ -2,11 +2,11 @@
 
 use indexmap::{IndexMap, IndexSet};
 
+use super::Checked;
 use super::declarations::singles::{Actuated, Singles};
 use super::declarations::tasks::Asked;
 use super::declarations::{Declarations, Named};
 use super::environment::Environment;
-use super::{Checked, Idle};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, RuleSet};
 use crate::names::{Declaration, LoadedModule, declared};
@@ -31,19 +31,18 @@ const MOST_RULES: usize = 20_000;
 pub(super) struct Assembly<'a> {
     environment: &'a Environment<'a>,
     declarations: Declarations<'a>,
-    /// What is not used, of a text with several grammars.
-    idle: Idle,
 }
 
 impl<'a> Assembly<'a> {
     pub(super) fn new(declarations: Declarations<'a>) -> Self {
-        Self { environment: declarations.environment, declarations, idle: Idle::default() }
+        Self { environment: declarations.environment, declarations }
     }
 
     /// Checks everything that the grammar says or uses.
     pub(super) fn check(mut self) -> Checked {
         let ruleset = self.grammar();
-        Checked { ruleset, found: self.declarations.expressions.errors.into_vec(), idle: self.idle }
+        let Declarations { expressions, idle, .. } = self.declarations;
+        Checked { ruleset, found: expressions.errors.into_vec(), idle }
     }
 
     fn report(&mut self, found: Diagnostic) {
@@ -218,12 +217,8 @@ impl<'a> Assembly<'a> {
                 );
             }
         }
-        // Of several grammars in a text, each may leave to the others what it does not use.
-        if program.modules.first().is_some_and(|m| crate::names::offers(&m.tree).len() > 1) {
-            self.idle = Idle { there, unused };
-            return;
-        }
-        unused.into_iter().for_each(|warning| self.report(warning));
+        self.declarations.idle.there.extend(there);
+        self.declarations.report_unused(unused);
     }
 
     /// Whether some declarations could not be read: what seems to be missing may be there.

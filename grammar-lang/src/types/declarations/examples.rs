@@ -59,6 +59,14 @@ fn types_of(rule: &ir::Rule, member_of: &dyn Fn(&ir::Group) -> Ty) -> Vec<Ty> {
 }
 
 impl Declarations<'_> {
+    /// Whether a requirement of this name is there, or may be, in which something is wrong: that is told there.
+    fn is_unsound(&self, requirement: &Name) -> bool {
+        let program = self.environment.program;
+        let named = |item: &ast::Item| matches!(&item.kind, ItemKind::Require { name: Some(name), .. } if name.text == requirement.text);
+        self.expressions.is_lost(requirement.span, &requirement.text)
+            || program.items().any(|(_, item)| named(item))
+    }
+
     pub(super) fn example(
         &mut self,
         clauses: &[ExampleClause],
@@ -81,6 +89,7 @@ impl Declarations<'_> {
                 ExampleClause::Refuse(application, by) => {
                     if let Some(by) = by
                         && !reasons.contains(&by.text)
+                        && !self.is_unsound(by)
                         && !self.expressions.report_dropped_with(
                             by.span,
                             &by.text,

@@ -29,6 +29,7 @@ pub(super) mod usual;
 
 use indexmap::{IndexMap, IndexSet};
 
+use super::Idle;
 use super::environment::Environment;
 use super::expressions::Expressions;
 use crate::diagnostics::Diagnostic;
@@ -103,16 +104,32 @@ pub(super) struct Declarations<'a> {
     products: Vec<Name>,
     /// Names that several blocks of a rule give: the first place, and another.
     shared_names: Vec<(Span, Span)>,
+    /// Whether the text has several grammars and variants: each may leave to the others what it does not use.
+    several: bool,
+    /// What is not used, of a text with several grammars.
+    pub(super) idle: Idle,
 }
 
 impl<'a> Declarations<'a> {
     pub(super) fn new(expressions: Expressions<'a>) -> Self {
+        let first = expressions.environment.program.modules.first();
         Self {
             environment: expressions.environment,
             expressions,
             faulty: IndexSet::new(),
             products: Vec::new(),
             shared_names: Vec::new(),
+            several: first.is_some_and(|module| crate::names::offers(&module.tree).len() > 1),
+            idle: Idle::default(),
+        }
+    }
+
+    /// Warns of what nothing uses; where the text has several grammars, once none of them does.
+    pub(super) fn report_unused(&mut self, unused: Vec<Diagnostic>) {
+        if self.several {
+            self.idle.unused.extend(unused);
+        } else {
+            unused.into_iter().for_each(|warning| self.report(warning));
         }
     }
 

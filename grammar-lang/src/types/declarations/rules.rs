@@ -463,18 +463,17 @@ impl Declarations<'_> {
 
     /// Warns of names that a rule or actuation of the first text binds and never reads.
     pub(super) fn unread<'n>(&mut self, names: impl Iterator<Item = &'n Name>, help: &str) {
-        for name in names {
-            if self.environment.program.module_at(name.span) != 0
-                || self.expressions.read.contains(&name.span)
-            {
-                continue;
-            }
-            self.report(
-                Diagnostic::new(Code::UNUSED, name.span, format!("nothing uses `{}`", name.text))
-                    .label("not used")
-                    .help(help),
-            );
-        }
+        let own: Vec<&Name> =
+            names.filter(|name| self.environment.program.module_at(name.span) == 0).collect();
+        self.idle.there.extend(own.iter().map(|name| name.span));
+        let idle = own.into_iter().filter(|name| !self.expressions.read.contains(&name.span));
+        let told = idle.map(|name| {
+            Diagnostic::new(Code::UNUSED, name.span, format!("nothing uses `{}`", name.text))
+                .label("not used")
+                .help(help)
+        });
+        let told = told.collect();
+        self.report_unused(told);
     }
 
     /// A part that an effect makes takes a local slot, with or without a name.

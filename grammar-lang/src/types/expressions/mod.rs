@@ -471,6 +471,9 @@ impl<'a> Expressions<'a> {
             (Ty::Bool, "false") => Some(0.0),
             (Ty::Bool, _) => None,
             (Ty::Enum(name), text) => {
+                // As in a grammar, too: `Surface.sand`.
+                let own = text.strip_prefix(name.as_str()).and_then(|rest| rest.strip_prefix('.'));
+                let text = own.unwrap_or(text);
                 self.variants_of(name, param.ty.span).iter().position(|v| v == text).map(|i| i as f64)
             }
             _ => {

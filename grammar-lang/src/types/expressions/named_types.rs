@@ -7,6 +7,7 @@ use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::{Item, ItemKind, Name};
+use crate::syntax::declarations::BlockKind;
 use crate::units::Dimension;
 
 /// How many fields a record may have in all when the records in it are written out.
@@ -66,7 +67,14 @@ impl Expressions<'_> {
         let mut names: Vec<&str> = Dimension::names().collect();
         names.extend(OTHERS.iter().map(|(n, _)| *n));
         names.extend(own);
-        let help = did_you_mean(&name.text, names.iter().copied())
+        let is_kind = matches!(
+            program.lookup(name.span, &name.text),
+            Some((_, Item { kind: ItemKind::Block(BlockKind::Part | BlockKind::Actuator, _), .. }))
+        );
+        let of_kind =
+            is_kind.then(|| format!("`{}` is a kind of part; the type of all parts is `part`", name.text));
+        let help = of_kind
+            .or_else(|| did_you_mean(&name.text, names.iter().copied()))
             .unwrap_or_else(|| format!("types are: {}", names.join(", ")));
         self.report(
             Diagnostic::new(Code::UNKNOWN_TYPE, name.span, format!("unknown type `{}`", name.text))
