@@ -103,6 +103,7 @@ mod tests {
     use super::*;
     use crate::derive::Derivation;
     use crate::loader::Files;
+    use crate::simulate::tests::settings;
     use crate::simulate::{Case, ControlLoop, Controller, Invalid, Settings, Stop, Targets, World, model};
 
     /// Swings all actuators, and keeps how far what the solver says of each is from what its elements say, at most.
@@ -223,18 +224,7 @@ mod tests {
             let candidate = Candidate::new(&rules, Arc::new(Derivation::begin(&rules)));
             let actuators = candidate.body.actuators.iter().map(|part| (*part, tracks)).collect::<Vec<_>>();
             assert_eq!(actuators.len(), 4, "each has its image");
-            let settings = Settings {
-                step: 1.0 / 240.0,
-                duration: 1.5,
-                record: 0.1,
-                gravity: 9.81,
-                ground_friction: 0.8,
-                iterations: 8,
-                tolerance: 1e-3,
-                self_collision: true,
-                speed_limit: 10.0,
-                pace_limit: None,
-            };
+            let settings = Settings { duration: 1.5, ..settings() };
             // Rapier counts in 32 bits.
             for (name, off, off_rate) in [("articulated", 1e-6, 1e-5), ("rapier", 2e-3, 0.2)] {
                 let probe = Probe {

@@ -22,7 +22,7 @@ mod servo;
 mod sliding;
 mod stop;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod turning;
 mod widths;
 mod world;

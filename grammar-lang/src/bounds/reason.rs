@@ -205,7 +205,11 @@ impl<'f> Reasoning<'f> {
             }
             (Attribute::Param(name), Abstract::Part(kinds)) => match self.facts.param_of(&kinds, name) {
                 Some(known) => {
-                    let has = |group: &Group| matches!(group, Group::Kind(kind) if self.facts.param_of(&Kinds::of(Group::Kind(kind.clone())), name).is_some());
+                    // Of a wider group some kinds may lack it.
+                    let has = |group: &Group| {
+                        let known = || self.facts.param_of(&Kinds::of(group.clone()), name).is_some();
+                        matches!(group, Group::Kind(_)) && known()
+                    };
                     if !kinds.groups().all(has) {
                         self.may_fail();
                     }

@@ -258,6 +258,38 @@ mod tests {
         Value::Rotation([cos, x * sin, y * sin, z * sin])
     }
 
+    /// What knows nothing.
+    struct Nothing;
+
+    impl crate::eval::Scope for Nothing {
+        fn outer(&self) -> Option<&dyn crate::eval::Scope> {
+            None
+        }
+    }
+
+    #[test]
+    fn angles_of_sines_cosines_and_tangents() {
+        let degrees = |function, arguments: &[f64]| {
+            let expr = |kind| Expr { kind, ty: crate::ir::Ty::NUMBER, span: crate::source::Span::default() };
+            let arguments = arguments.iter().map(|x| expr(ExprKind::Number(*x))).collect();
+            let call = expr(ExprKind::Call(function, arguments));
+            crate::eval::evaluate_number(&call, &Nothing, &mut Vec::new()).map(f64::to_degrees)
+        };
+        let near = |found: Result<f64, EvalError>, due: f64| (found.unwrap() - due).abs() < 1e-9;
+        assert!(near(degrees(Function::Asin, &[0.5]), 30.0) && near(degrees(Function::Acos, &[-0.5]), 120.0));
+        // Rounding may go a little beyond the ends; what lies further out has no angle.
+        assert!(near(degrees(Function::Asin, &[1.0 + 1e-15]), 90.0));
+        assert!(degrees(Function::Asin, &[1.1]).is_err() && degrees(Function::Acos, &[-2.0]).is_err());
+        for (y, x, due) in [(1.0, 0.0, 90.0), (1.0, -1.0, 135.0), (-1.0, -1.0, -135.0), (-0.0, -1.0, 180.0)] {
+            assert!(near(degrees(Function::Atan2, &[y, x]), due), "{y}, {x}");
+        }
+        // Half a turn is positive, whatever the sign of a zero.
+        for z in [0.0, -0.0] {
+            let back = geometric(Function::Bearing, &[Value::Vector([-1.0, 0.0, z])]);
+            assert!(near(Ok(back.unwrap().as_number().unwrap().to_degrees()), 180.0));
+        }
+    }
+
     #[test]
     fn a_vector_is_rotated_and_back() {
         let quarter = about([0.0, 0.0, 1.0], std::f64::consts::FRAC_PI_2);
