@@ -67,6 +67,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("vary", "shared, vary"),
     ("per", "per"),
     ("state", "state"),
+    ("memory", "state outside of actuations"),
     ("drive", "drive"),
     ("actuate", "actuate"),
     ("sense", "sense"),

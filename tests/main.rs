@@ -43,6 +43,7 @@ mod saved_designs;
 mod scenarios;
 mod search;
 mod sensors;
+mod states;
 mod study;
 mod support;
 mod tutorial;

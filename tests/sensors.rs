@@ -33,7 +33,7 @@ pub(crate) fn walker(sensors: &str, actuation: &str) -> String {
     )
 }
 
-fn moved_in(rules: &RuleSet, conditions: &Conditions) -> Motion {
+pub(crate) fn moved_in(rules: &RuleSet, conditions: &Conditions) -> Motion {
     let candidate = Candidate::new(rules, Derivation::begin(rules).into());
     let task = rules.first_task().unwrap();
     let drive = Drive::new(&candidate, task).unwrap();
@@ -44,12 +44,12 @@ fn moved_in(rules: &RuleSet, conditions: &Conditions) -> Motion {
     simulation.run_cases(Stop::NEVER, &[law.case(&World::NOMINAL)]).unwrap().remove(0).unwrap()
 }
 
-fn world(name: &str) -> Conditions {
+pub(crate) fn world(name: &str) -> Conditions {
     Conditions { world: name.to_owned(), ..Conditions::NOMINAL }
 }
 
 /// What the first actuator was asked for at each control moment, in degrees.
-fn commands(text: &str, conditions: &Conditions) -> Vec<f64> {
+pub(crate) fn commands(text: &str, conditions: &Conditions) -> Vec<f64> {
     let motion = moved_in(&compiled(text), conditions);
     let told = motion.commands.unwrap();
     told.angles.chunks(told.actuators).map(|row| row[0].to_degrees()).collect()

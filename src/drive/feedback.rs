@@ -1,16 +1,15 @@
 //! Actuations that react: what actuators are asked for as the body moves, from what sensors read and states remember.
 //!
 //! At each control moment all sensors are read first, then each actuator's values and what it is asked for are found from the readings
-//! and from its states; then the states move on. The readings of a moment are kept: a late sensor gives an earlier one.
-
-use std::collections::BTreeSet;
+//! and from the states, its own and those of the robot; then all states move on. The readings of a moment are kept: a late sensor gives an earlier one.
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate, evaluate_number};
-use grammar_lang::ir::{Attribute, ElementAttribute, ExprKind, Group, MotionWord, Sensor, Track, Word};
+use grammar_lang::ir::{Attribute, ElementAttribute, Group, MotionWord, Sensor, Track, Word, felt_by};
 
 use super::conditions::Conditions;
 use super::hardware::Limit;
 use super::policies::Answer;
+use super::remembered::Remembered;
 use super::{Drive, Parameters, passive};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, DesignScope};
@@ -80,6 +79,8 @@ pub(super) struct Reaction<'r> {
     pub(super) drive: Drive<'r>,
     conditions: Conditions,
     sensors: Vec<Fitted<'r>>,
+    /// The states of the robot and of its parts, as they begin.
+    states: Vec<Remembered<'r>>,
     /// By actuator: its locals with the states as they begin, where its actuation reacts.
     begun: Vec<Option<Vec<Value>>>,
     /// The values of what the search varies, the weights of policies among them.
@@ -96,9 +97,12 @@ impl<'r> Reaction<'r> {
             .actuators
             .iter()
             .map(|driven| drive.reacts(driven).then(|| drive.lets(driven, parameters)).transpose());
+        let begun = begun.collect::<Result<_, _>>()?;
+        let (sensors, states) = felt(drive, parameters)?;
         Ok(Self {
-            begun: begun.collect::<Result<_, _>>()?,
-            sensors: fitted(drive),
+            begun,
+            sensors,
+            states,
             conditions: conditions.clone(),
             drive: drive.clone(),
             parameters: parameters.to_vec(),
@@ -106,31 +110,30 @@ impl<'r> Reaction<'r> {
     }
 }
 
-/// The sensors that the actuations of a body read, in the order of the grammar and of the parts of the body.
-fn fitted<'r>(drive: &Drive<'r>) -> Vec<Fitted<'r>> {
+/// The sensors and states that the actuations of a body read, in the order of the grammar and of the parts of the body.
+fn felt<'r>(
+    drive: &Drive<'r>,
+    parameters: &[f64],
+) -> Result<(Vec<Fitted<'r>>, Vec<Remembered<'r>>), EvalError> {
     let rules = drive.candidate.rules;
-    let mut read: BTreeSet<String> = BTreeSet::new();
-    for (_, actuation) in &drive.actuations {
-        for value in actuation.values_with(&rules.policies) {
-            value.any(&mut |e| {
-                if let ExprKind::Sensor(name, _) = &e.kind {
-                    read.insert(name.clone());
-                }
-                false
-            });
+    let values = drive.actuations.iter().flat_map(|(_, actuation)| actuation.values_with(&rules.policies));
+    let read = felt_by(values, &rules.states);
+    // The robot has one, or each of its parts of a kind.
+    let owners = |of: &Option<Group>| match of {
+        None => vec![None],
+        Some(group) => parts_of(drive, group).into_iter().map(Some).collect(),
+    };
+    let mut sensors = Vec::new();
+    for (name, sensor) in rules.sensors.iter().filter(|(name, _)| read.contains_key(*name)) {
+        sensors.extend(owners(&sensor.of).into_iter().map(|of| Fitted { name, sensor, of }));
+    }
+    let mut states = Vec::new();
+    for (name, state) in rules.states.iter().filter(|(name, _)| read.contains_key(*name)) {
+        for of in owners(&state.of) {
+            states.push(Remembered::new(drive, (name, state), of, parameters)?);
         }
     }
-    let mut all = Vec::new();
-    for (name, sensor) in rules.sensors.iter().filter(|(name, _)| read.contains(name.as_str())) {
-        match &sensor.of {
-            None => all.push(Fitted { name, sensor, of: None }),
-            Some(group) => {
-                let parts = parts_of(drive, group);
-                all.extend(parts.into_iter().map(|part| Fitted { name, sensor, of: Some(part) }));
-            }
-        }
-    }
-    all
+    Ok((sensors, states))
 }
 
 /// The parts of a group, in the order of the body.
@@ -175,6 +178,7 @@ impl Reaction<'_> {
             feedback: self,
             noise: self.sensors.iter().enumerate().map(noise).collect(),
             readings: vec![Vec::new(); self.sensors.len()],
+            remembered: self.states.iter().map(|state| state.begun.clone()).collect(),
             locals: self.begun.clone(),
             limits: self.drive.actuators.iter().map(limit).collect(),
             commands: vec![Vec::new(); self.drive.actuators.len()],
@@ -190,6 +194,8 @@ pub(super) struct Running<'a> {
     noise: Vec<Stream>,
     /// By sensor, what it measured at each control moment so far.
     readings: Vec<Vec<Option<Value>>>,
+    /// What the robot and its parts remember.
+    remembered: Vec<Value>,
     /// By actuator: the locals of the moment, up to the values that do not change.
     locals: Vec<Option<Vec<Value>>>,
     /// By actuator, what its hardware makes of what it is asked for.
@@ -247,6 +253,8 @@ impl Running<'_> {
     fn decide(&mut self, answer: &mut Answer<'_>) -> Result<(), EvalError> {
         let feedback = self.feedback;
         let drive = &feedback.drive;
+        let remembered = feedback.states.iter().zip(&self.remembered);
+        let remembered = remembered.map(|(state, value)| (state.name, state.of, value.clone()));
         let felt = feedback
             .sensors
             .iter()
@@ -256,6 +264,7 @@ impl Running<'_> {
                 let late = self.moments(fitted.sensor.delay);
                 Some((fitted.name, fitted.of, readings.get(now.saturating_sub(late))?.clone()?))
             })
+            .chain(remembered)
             .collect();
         let mut scope = drive.scope();
         scope.time = self.moment as f64 * feedback.interval();
@@ -283,6 +292,8 @@ impl Running<'_> {
                 commands.push(limit.reach(asked));
             }
         }
+        let next: Result<_, _> = feedback.states.iter().map(|state| state.next(&scope)).collect();
+        self.remembered = next?;
         Ok(())
     }
 }

@@ -15,6 +15,7 @@ mod mutate;
 mod network;
 mod passive;
 mod policies;
+mod remembered;
 mod scope;
 mod shares;
 mod uneven;

@@ -3,7 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::{Abstract, Facts, Interval, Kinds, Reasoning, Truth};
-use crate::ir::{ActionSpace, Actuation, Binder, Effect, Expr, ExprKind, Group, Matched, Operator, Rule, Ty};
+use crate::ir::{
+    ActionSpace, Actuation, Binder, BodyState, Effect, Expr, ExprKind, Group, Matched, Operator, Rule, Ty,
+    Variable,
+};
 
 /// What is known of everything that a rule matches and chooses, by slot.
 #[must_use]
@@ -50,16 +53,7 @@ pub fn narrowed_locals_of(facts: &Facts<'_>, rule: &Rule) -> Vec<Abstract> {
 pub fn actuation_locals(facts: &Facts<'_>, actuation: &Actuation) -> Vec<Abstract> {
     let actuators = Abstract::Part(Kinds::of(Group::Actuator));
     let mut reasoning = Reasoning::new(facts, vec![actuators]);
-    for variable in &actuation.variables {
-        let one = match variable.ty {
-            Ty::Bool => Abstract::Bool(Truth::Sometimes),
-            _ => Abstract::Number(Interval::new(variable.domain.0, variable.domain.1)),
-        };
-        reasoning.locals.push(match variable.size {
-            Some(size) => Abstract::Many(Box::new(one), Interval::point(size as f64)),
-            None => one,
-        });
-    }
+    reasoning.locals.extend(actuation.variables.iter().map(varied));
     for state in &actuation.states {
         reasoning.locals.push(match state.ty {
             Ty::Bool => Abstract::Bool(Truth::Sometimes),
@@ -81,6 +75,31 @@ pub fn actuation_locals(facts: &Facts<'_>, actuation: &Actuation) -> Vec<Abstrac
         reasoning.locals.push(value);
     }
     reasoning.locals
+}
+
+/// What is known of the locals of a state of the robot or of parts: the part, the shared variables, the values.
+#[must_use]
+pub fn state_locals(facts: &Facts<'_>, state: &BodyState) -> Vec<Abstract> {
+    let part = state.of.iter().map(|of| Abstract::Part(Kinds::of(of.clone())));
+    let mut reasoning = Reasoning::new(facts, part.collect());
+    reasoning.locals.extend(state.variables.iter().map(varied));
+    for (_, value) in state.lets.iter().chain(&state.moving) {
+        let value = reasoning.value(value);
+        reasoning.locals.push(value);
+    }
+    reasoning.locals
+}
+
+/// What is known of a quantity that the search varies.
+fn varied(variable: &Variable) -> Abstract {
+    let one = match variable.ty {
+        Ty::Bool => Abstract::Bool(Truth::Sometimes),
+        _ => Abstract::Number(Interval::new(variable.domain.0, variable.domain.1)),
+    };
+    match variable.size {
+        Some(size) => Abstract::Many(Box::new(one), Interval::point(size as f64)),
+        None => one,
+    }
 }
 
 /// Leaves out kinds of matched parts that the rule's own conditions leave out.

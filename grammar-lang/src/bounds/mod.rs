@@ -18,6 +18,6 @@ mod value;
 pub use facts::Facts;
 pub use interval::Interval;
 pub use kinds::{Begun, Kinds};
-pub use locals::{Repeated, actuation_locals, conjuncts, locals_of, narrowed_locals_of};
+pub use locals::{Repeated, actuation_locals, conjuncts, locals_of, narrowed_locals_of, state_locals};
 pub use reason::{Asked, Never, Reasoning};
 pub use value::{Abstract, Truth};

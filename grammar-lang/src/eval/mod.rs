@@ -258,7 +258,9 @@ impl Evaluation<'_> {
                     None if of.is_some() => {
                         return fail(
                             expr,
-                            format!("this part has no sensor `{name}`, or nothing that it could read"),
+                            format!(
+                                "this part has no `{name}`: it is no part of that kind, or the sensor has nothing to read"
+                            ),
                         );
                     }
                     None => return Err(missing(expr)),

@@ -78,7 +78,7 @@ pub enum ExprKind {
     Task(String),
     /// The value of a shared variable of an actuation.
     Shared(String, String),
-    /// What a sensor reads, by its name, and of which part where parts have one each.
+    /// What a sensor reads, or what the robot or a part remembers, by its name, and of which part where parts have one each.
     Sensor(String, Option<Box<Expr>>),
     /// A port by name, and by number where several share the name: to compare with.
     PortName(String),

@@ -17,6 +17,7 @@ mod scenarios;
 mod search;
 mod sensors;
 mod spans;
+mod states;
 mod table;
 mod tasks;
 mod terms;
@@ -44,6 +45,7 @@ pub use scenarios::*;
 pub use search::*;
 pub use sensors::*;
 pub use spans::*;
+pub use states::*;
 pub use table::*;
 pub use tasks::*;
 pub use terms::*;
@@ -97,6 +99,9 @@ pub struct RuleSet {
     /// What the robot measures of itself.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub sensors: IndexMap<String, Sensor>,
+    /// What it remembers beside what each actuator does.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub states: IndexMap<String, BodyState>,
     /// What decides actions.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub policies: IndexMap<String, Policy>,
@@ -221,6 +226,7 @@ impl Writer<'_> {
         self.gap();
         self.required();
         rules.sensors.iter().for_each(|(name, sensor)| self.sensor(name, sensor));
+        rules.states.iter().for_each(|(name, state)| self.body_state(name, state));
         rules.policies.iter().for_each(|(name, policy)| self.policy(name, policy));
         rules.actuations.iter().for_each(|(name, actuation)| self.actuation(name, actuation));
         self.gap();

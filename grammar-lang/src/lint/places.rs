@@ -1,6 +1,6 @@
 //! Where expressions stand in a rule set, with what is known of their locals.
 
-use crate::bounds::{Abstract, Repeated, actuation_locals};
+use crate::bounds::{Abstract, Repeated, actuation_locals, state_locals};
 use crate::ir::{Effect, Expr, Kernel, Rule, SearchMethod, Spread};
 
 use super::known::Known;
@@ -49,6 +49,10 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
             };
             add([vec![&mutation.probability], kernel].concat(), Vec::new());
         }
+    }
+    for state in ruleset.states.values() {
+        let values = state.values().chain([&state.state.from]).collect();
+        add(values, state_locals(&known.facts, state));
     }
     add(ruleset.sensors.values().map(|sensor| &sensor.value).collect(), Vec::new());
     add(

@@ -161,6 +161,7 @@ pub fn declared(item: &Item) -> Option<&Name> {
         ItemKind::Param(p) => Some(&p.name),
         ItemKind::Table(t) => Some(&t.name),
         ItemKind::Sense(sense) => Some(&sense.name),
+        ItemKind::State(of_body) => Some(&of_body.state.name),
         ItemKind::Shared(variable) => Some(&variable.name),
         ItemKind::Rule(n, _)
         | ItemKind::Pattern(n, _)

@@ -1,27 +1,53 @@
-//! Which values outside of actuations come from shared variables: these are known where an actuation is.
+//! Which values outside of actuations come from what only an actuation knows: shared variables, sensors, and states of the robot.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::{Declaration, Program};
-use crate::syntax::ast::{Item, ItemKind};
+use crate::syntax::ast::{Expr, Field, Item, ItemKind};
+use crate::syntax::declarations::BlockKind;
 
-/// The shared variables of a program, and the values and functions that read some, themselves or through others.
+/// What only actuations know, and the values and functions that read some of it, themselves or through others.
 #[derive(Debug, Default)]
 pub struct Sharing {
-    /// By declaration: the shared variables, values and functions that it reads itself. Only of what reads a shared variable in
-    /// the end.
+    /// By value or function: the shared variables, sensors, states, values and functions that it reads itself. Only of what reads
+    /// something that only actuations know in the end.
     reads: BTreeMap<Declaration, BTreeSet<Declaration>>,
+    /// By state or policy: what it reads itself.
+    fed_by: BTreeMap<Declaration, BTreeSet<Declaration>>,
+    /// By state or policy: the shared variables that it comes from, through values, functions and other states. States may read
+    /// each other, so this says nothing of an order.
+    variables: BTreeMap<Declaration, BTreeSet<Declaration>>,
+}
+
+/// What is known where an actuation is, and nowhere else.
+fn is_source(item: &Item) -> bool {
+    matches!(item.kind, ItemKind::Shared(_) | ItemKind::Sense(_) | ItemKind::State(_))
+}
+
+/// The expressions of an item that may read such values.
+fn expressions(item: &Item) -> Vec<&Expr> {
+    match &item.kind {
+        ItemKind::Let(_, _, value) => vec![value],
+        ItemKind::State(of_body) => vec![&of_body.state.from, &of_body.state.next],
+        ItemKind::Block(BlockKind::Policy, block) => {
+            let values = block.fields.iter().filter_map(|field| match field {
+                Field::Value(_, value) => Some(value),
+                _ => None,
+            });
+            values.collect()
+        }
+        _ => Vec::new(),
+    }
 }
 
 impl Sharing {
     /// Follows what the values of a program read.
     #[must_use]
     pub fn of(program: &Program) -> Self {
-        let is_shared = |item: &Item| matches!(item.kind, ItemKind::Shared(_));
         let mut found = Self::default();
         let mut next: VecDeque<Declaration> = program
             .items()
-            .filter(|(declaration, item)| is_shared(item) && !program.dropped.contains_key(declaration))
+            .filter(|(declaration, item)| is_source(item) && !program.dropped.contains_key(declaration))
             .map(|(declaration, _)| declaration)
             .collect();
         // Most grammars have none.
@@ -30,14 +56,19 @@ impl Sharing {
         }
         let mut readers: BTreeMap<Declaration, Vec<Declaration>> = BTreeMap::new();
         for (reader, item) in program.items() {
-            let ItemKind::Let(_, _, value) = &item.kind else { continue };
-            value.each_name(&mut |name, span| {
-                if let Some((read, Item { kind: ItemKind::Let(..) | ItemKind::Shared(_), .. })) =
-                    program.lookup(span, name)
-                {
-                    readers.entry(read).or_default().push(reader);
-                }
-            });
+            for value in expressions(item) {
+                value.each_name(&mut |name, span| {
+                    let Some((read, of)) = program.lookup(span, name) else { return };
+                    if !is_source(of) && !matches!(of.kind, ItemKind::Let(..)) {
+                        return;
+                    }
+                    if matches!(item.kind, ItemKind::Let(..)) {
+                        readers.entry(read).or_default().push(reader);
+                    } else {
+                        found.fed_by.entry(reader).or_default().insert(read);
+                    }
+                });
+            }
         }
         while let Some(read) = next.pop_front() {
             for reader in readers.get(&read).into_iter().flatten() {
@@ -47,13 +78,44 @@ impl Sharing {
                 found.reads.entry(*reader).or_default().insert(read);
             }
         }
+        found.follow_states(program);
         found
     }
 
-    /// Whether a value or function outside of actuations reads a shared variable.
+    /// Finds the shared variables that states and policies come from.
+    fn follow_states(&mut self, program: &Program) {
+        // Other values are known everywhere.
+        for read in self.fed_by.values_mut() {
+            read.retain(|d| self.reads.contains_key(d) || program.item(*d).is_some_and(is_source));
+        }
+        for fed in self.fed_by.keys() {
+            let mut all: BTreeSet<Declaration> = BTreeSet::new();
+            let mut next = vec![*fed];
+            while let Some(declaration) = next.pop() {
+                if all.insert(declaration) {
+                    next.extend(self.reads.get(&declaration).into_iter().flatten());
+                    next.extend(self.fed_by.get(&declaration).into_iter().flatten());
+                }
+            }
+            let is_variable = |d: &Declaration| {
+                program.item(*d).is_some_and(|item| matches!(item.kind, ItemKind::Shared(_)))
+            };
+            all.retain(is_variable);
+            self.variables.insert(*fed, all);
+        }
+    }
+
+    /// Whether a value or function outside of actuations reads what only actuations know, or a state or policy a shared variable.
     #[must_use]
     pub fn reads(&self, declaration: Declaration) -> bool {
         self.reads.contains_key(&declaration)
+            || self.variables.get(&declaration).is_some_and(|variables| !variables.is_empty())
+    }
+
+    /// What a state reads itself of what only actuations know.
+    #[must_use]
+    pub fn read_by(&self, state: Declaration) -> BTreeSet<Declaration> {
+        self.fed_by.get(&state).cloned().unwrap_or_default()
     }
 
     /// Whether a declaration does not read itself in the end.
@@ -63,7 +125,8 @@ impl Sharing {
     }
 
     /// What must be known before a declaration is: the shared variables and values that it reads, itself or through functions and
-    /// other values, such that each stands after what it reads. What reads itself in the end is left out.
+    /// other values, such that each stands after what it reads. What reads itself in the end is left out. Of a state that is read,
+    /// the shared variables that it comes from are among them.
     #[must_use]
     pub fn before(&self, wanted: impl IntoIterator<Item = Declaration>) -> Vec<Declaration> {
         let mut all: BTreeSet<Declaration> = BTreeSet::new();
@@ -71,6 +134,7 @@ impl Sharing {
         while let Some(declaration) = next.pop() {
             if all.insert(declaration) {
                 next.extend(self.reads.get(&declaration).into_iter().flatten());
+                next.extend(self.variables.get(&declaration).into_iter().flatten());
             }
         }
         let mut unknown: BTreeMap<Declaration, usize> = BTreeMap::new();

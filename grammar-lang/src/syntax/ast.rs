@@ -150,6 +150,8 @@ pub enum ItemKind {
     Term(Name, Name, Expr),
     /// `sense NAME(a : KIND) : TYPE = EXPR noise EXPR delay EXPR`
     Sense(Box<Sense>),
+    /// `state NAME(p : KIND) : TYPE from EXPR next EXPR`
+    State(Box<BodyState>),
     /// `maximize EXPR`, `minimize EXPR`
     Objective {
         /// What is better.
@@ -210,6 +212,7 @@ impl ItemKind {
             Self::Novelty(..) => "novelty",
             Self::Term(..) => "term",
             Self::Sense(_) => "sense",
+            Self::State(_) => "state",
             Self::Objective { direction: Direction::Maximize, .. } => "maximize",
             Self::Objective { direction: Direction::Minimize, .. } => "minimize",
             Self::Let(..) => "let",
@@ -261,6 +264,15 @@ pub struct Sense {
     pub noise: Option<Expr>,
     /// How old what it reads is at least.
     pub delay: Option<Expr>,
+}
+
+/// What the robot, or each part of a kind, remembers from one control moment to the next.
+#[derive(Clone, Debug)]
+pub struct BodyState {
+    /// What the part is called that has such a state, and its kind; none where the robot has one.
+    pub of: Option<(Name, Name)>,
+    /// What is remembered.
+    pub state: State,
 }
 
 /// A clause of a novelty set.

@@ -252,6 +252,14 @@ pub const KINDS: &[Kind] = &[
         counts: Counts::WhereUsed,
     },
     Kind {
+        word: "state",
+        form: "state phase : Number from 0 next fraction(phase + control_interval / 2 s)",
+        several: "States",
+        what: "a state",
+        clauses: Clauses::None,
+        counts: Counts::WhereUsed,
+    },
+    Kind {
         word: "policy",
         form: "policy brain { hidden = [16]  every = 0.2 s }",
         several: "Policies",

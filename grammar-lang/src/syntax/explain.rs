@@ -116,7 +116,16 @@ fn habit(piece: Stretch<'_>, place: usize, found: &str) -> Option<String> {
         "drop"
             if matches!(
                 found,
-                "rule" | "require" | "prefer" | "term" | "sense" | "part" | "actuator" | "target" | "example"
+                "rule"
+                    | "require"
+                    | "prefer"
+                    | "term"
+                    | "sense"
+                    | "state"
+                    | "part"
+                    | "actuator"
+                    | "target"
+                    | "example"
             ) =>
         {
             Some(format!("write `drop NAME`, without `{found}`"))
@@ -267,6 +276,7 @@ fn describe(rule: Rule) -> Option<&'static str> {
         Rule::kw_else => "`else`",
         Rule::kw_turned | Rule::turned_part => "`turned`",
         Rule::kw_from => "`from`",
+        Rule::kw_next => "`next`",
         Rule::kw_facing => "`facing`",
         Rule::kw_about => "`about`",
         Rule::kw_along => "`along`",

@@ -331,12 +331,7 @@ impl<'a> Assembly<'a> {
         let Asked { tasks, objective, beside } = tasks?;
         self.declarations.check_models(&tasks, &singles, &used.parts, &used.actuators);
         let (targets, prototypes) = hardware?;
-        self.declarations.check_targets(
-            &tasks,
-            &targets,
-            &used.actuators,
-            (&used.actuations, &used.policies),
-        );
+        self.declarations.check_targets(&tasks, &targets, &used);
         self.declarations.check_closed_loops(&tasks, &used.actuations);
         let changes_bodies = !derived.rules.is_empty()
             && singles.search.as_ref().is_some_and(|search| search.bodies.is_some());

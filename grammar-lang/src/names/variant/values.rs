@@ -158,6 +158,16 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
             });
             Ok(())
         }
+        (ItemKind::State(of_body), [field]) => {
+            let state = &mut of_body.state;
+            let field = match field.text.as_str() {
+                "from" => &mut state.from,
+                "next" => &mut state.next,
+                _ => return Err(vec!["from".to_owned(), "next".to_owned()]),
+            };
+            *field = change.make(field);
+            Ok(())
+        }
         (ItemKind::Shared(variable), []) => {
             variable.domain = Some(match &variable.domain {
                 Some(old) => change.make(old),

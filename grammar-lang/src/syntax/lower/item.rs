@@ -1,7 +1,7 @@
 //! Lowers declarations to the syntax tree.
 
 use super::super::Direction;
-use super::super::ast::{Block, Expr, Item, ItemKind, Name, Sense, Table, Variant};
+use super::super::ast::{Block, BodyState, Expr, Item, ItemKind, Name, Sense, State, Table, Variant};
 use super::super::declarations::BlockKind;
 use super::super::parser::Rule;
 use super::{Lowering, Node, children, parts, unquote};
@@ -101,6 +101,7 @@ impl<'a> Lowering<'a> {
             }
             Rule::observe_item => ItemKind::Observe(inner.map(|n| self.name(&n)).collect()),
             Rule::sense_item => ItemKind::Sense(Box::new(self.sense(inner)?)),
+            Rule::state_item => ItemKind::State(Box::new(self.body_state(inner)?)),
             Rule::term_item => ItemKind::Term(
                 self.name(&inner.next()?),
                 self.name(&inner.next()?),
@@ -112,6 +113,29 @@ impl<'a> Lowering<'a> {
 
     /// A sensor.
     fn sense(&mut self, mut inner: impl Iterator<Item = Node<'a>>) -> Option<Sense> {
+        let (name, of, ty) = self.fitted(&mut inner)?;
+        let value = self.expr(inner.next()?)?;
+        let (mut noise, mut delay) = (None, None);
+        for part in inner {
+            let is_noise = part.as_rule() == Rule::noise_part;
+            let said = parts(part).next().and_then(|expr| self.expr(expr));
+            if is_noise { noise = said } else { delay = said }
+        }
+        Some(Sense { name, of, ty, value, noise, delay })
+    }
+
+    /// A state of the robot or of its parts.
+    fn body_state(&mut self, mut inner: impl Iterator<Item = Node<'a>>) -> Option<BodyState> {
+        let (name, of, ty) = self.fitted(&mut inner)?;
+        let (from, next) = (self.expr(inner.next()?)?, self.expr(inner.next()?)?);
+        Some(BodyState { of, state: State { name, ty, from, next } })
+    }
+
+    /// A name, the part that has it, where each of a kind has one, and a type.
+    fn fitted(
+        &mut self,
+        inner: &mut impl Iterator<Item = Node<'a>>,
+    ) -> Option<(Name, Option<(Name, Name)>, Name)> {
         let name = self.name(&inner.next()?);
         let mut next = inner.next()?;
         let mut of = None;
@@ -120,14 +144,7 @@ impl<'a> Lowering<'a> {
             of = Some((self.name(&part.next()?), self.name(&part.next()?)));
             next = inner.next()?;
         }
-        let (ty, value) = (self.name(&next), self.expr(inner.next()?)?);
-        let (mut noise, mut delay) = (None, None);
-        for part in inner {
-            let is_noise = part.as_rule() == Rule::noise_part;
-            let said = parts(part).next().and_then(|expr| self.expr(expr));
-            if is_noise { noise = said } else { delay = said }
-        }
-        Some(Sense { name, of, ty, value, noise, delay })
+        Some((name, of, self.name(&next)))
     }
 
     /// A declaration with a name and a block of clauses.

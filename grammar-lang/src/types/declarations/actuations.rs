@@ -1,45 +1,18 @@
 //! Checks actuations: what varies, and what drives actuators.
 
-use std::ops::Range;
-
 use super::Declarations;
 use super::everyones::Everyones;
+use super::lets::Lets;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, ExprKind, Group, Ty};
 use crate::syntax::ast::{self, ActuationClause, Name};
-use crate::types::expressions::context::{Context, Local};
+use crate::types::expressions::context::Context;
 use crate::types::expressions::fit::article;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
 /// More states than this, no actuator needs.
 const MOST_STATES: usize = 100;
-
-/// The values of an actuation as they are found.
-struct Values {
-    /// The slots of what is remembered or decided.
-    remembered: Range<usize>,
-    /// Values without the time come first, so that they are found once for a motion.
-    lets: Vec<(String, Expr)>,
-    moving: Vec<(String, Expr)>,
-}
-
-impl Values {
-    fn new(remembered: Range<usize>) -> Self {
-        Self { remembered, lets: Vec::new(), moving: Vec::new() }
-    }
-
-    fn add(&mut self, name: &Name, value: Expr) {
-        let timed = value.any(&mut |e| match e.kind {
-            ExprKind::Word(ir::Word::Time) | ExprKind::Sensor(..) => true,
-            ExprKind::Local(slot) => self.remembered.contains(&slot),
-            _ => false,
-        });
-        // Slots are in the order of the text: once one value moves, those after it do too.
-        let of = if timed || !self.moving.is_empty() { &mut self.moving } else { &mut self.lets };
-        of.push((name.text.clone(), value));
-    }
-}
 
 impl Declarations<'_> {
     pub(in crate::types) fn actuation(
@@ -68,15 +41,7 @@ impl Declarations<'_> {
         let driven = self.actuated(kind, &mut cx);
         let of_cells = driven == Ty::Cell;
         self.expressions.bind(binder, driven, &mut cx);
-        let mut variables = Vec::new();
-        for variable in everyones.variables() {
-            let checked = self.variable(variable, &cx);
-            let item = checked.as_ref().map_or(Ty::Unknown, |v| v.ty.clone());
-            let ty = Self::type_of_variable(variable, item);
-            // It is known by its declaration: its name may mean something else here.
-            cx.locals.push(Local::new("", ty, variable.name.span));
-            variables.extend(checked.map(|v| ir::Variable { owner: ir::Owner::Everyone, ..v }));
-        }
+        let mut variables = self.variables_of_everyone(everyones, &mut cx);
         for clause in clauses {
             let ActuationClause::Variable(variable) = clause else { continue };
             let checked = self.variable(variable, &cx);
@@ -90,17 +55,8 @@ impl Declarations<'_> {
         let actions = self.actions(clauses, &mut cx);
         let first_state = 1 + variables.len();
         let remembered = first_state..cx.locals.len();
-        let mut values = Values::new(remembered);
-        let mut outside = Context::new(cx.stage, cx.damaged);
-        outside.locals = cx.locals.iter().map(Local::hidden).collect();
-        for (name, value) in everyones.values() {
-            let value = self.value_of_everyone(value, &mut outside);
-            // It is known by its declaration: its name may mean something else here.
-            let local = Local::new("", value.ty.clone(), name.span);
-            outside.locals.push(local.clone());
-            cx.locals.push(local);
-            values.add(name, value);
-        }
+        let mut values = Lets::new(remembered);
+        self.values_of_everyone(everyones, &mut cx, &mut values);
         let shared_lets = values.lets.len();
         let mut drive = None;
         for clause in clauses {
@@ -197,24 +153,7 @@ impl Declarations<'_> {
                 );
                 break;
             }
-            let mut ty = self.expressions.type_named(&state.ty);
-            if !matches!(ty, Ty::Quantity(_) | Ty::Count | Ty::Bool | Ty::Unknown) {
-                self.report(
-                    Diagnostic::new(
-                        Code::WRONG_TYPE,
-                        state.ty.span,
-                        "a state is a quantity, a Count or a Bool",
-                    )
-                    .label("not one of these")
-                    .help("declare one for each number that is to be remembered"),
-                );
-                ty = Ty::Unknown;
-            }
-            // The actuator and the variables are known; what is measured is not yet.
-            let mut before = Context { stage: Stage::Derivation, ..cx.clone() };
-            before.locals.truncate(known);
-            let what = format!("where `{}` begins", state.name.text);
-            let from = self.expressions.expect(&state.from, &mut before, &ty, &what);
+            let (ty, from) = self.begun(state, cx, known);
             self.expressions.bind(&state.name, ty.clone(), cx);
             states.push((ty, from));
         }
@@ -234,11 +173,10 @@ impl Declarations<'_> {
         });
         let mut sound = true;
         let mut all = Vec::new();
-        for (state, (ty, from)) in states.zip(begun) {
-            let what = format!("the next `{}`", state.name.text);
-            let next = self.expressions.expect(&state.next, cx, &ty, &what);
-            sound &= ![&ty, &from.ty, &next.ty].contains(&&Ty::Unknown);
-            all.push(ir::State { name: state.name.text.clone(), ty, from, next });
+        for (state, begun) in states.zip(begun) {
+            let changed = self.state_change(state, begun, cx);
+            sound &= changed.is_some();
+            all.extend(changed);
         }
         sound.then_some(all)
     }

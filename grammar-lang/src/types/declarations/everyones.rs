@@ -3,11 +3,14 @@
 use indexmap::IndexSet;
 
 use super::Declarations;
+use super::lets::Lets;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Expr, Ty};
+use crate::ir::{self, Expr, Ty};
 use crate::names::Declaration;
+use crate::source::Span;
 use crate::syntax::ast::{self, ActuationClause, ItemKind, Name};
-use crate::types::expressions::context::Context;
+use crate::syntax::declarations::BlockKind;
+use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 
 /// What an actuation reads that is declared outside of all of them. A variable stands before the values that read it.
@@ -44,7 +47,10 @@ impl<'a> Declarations<'a> {
         let is_shared = |(declaration, item): &(Declaration, &ast::Item)| {
             let reads = match &item.kind {
                 ItemKind::Shared(_) => true,
-                ItemKind::Let(_, None, _) => self.environment.sharing.reads(*declaration),
+                // Who reads a state has the variables that it comes from, and so has whom a policy decides for that reads one.
+                ItemKind::Let(_, None, _) | ItemKind::State(_) | ItemKind::Block(BlockKind::Policy, _) => {
+                    self.environment.sharing.reads(*declaration)
+                }
                 _ => false,
             };
             reads && !program.dropped.contains_key(declaration)
@@ -74,6 +80,21 @@ impl<'a> Declarations<'a> {
         let kept = self.items_of(&kept);
         self.one_of_each_name(&kept, clauses);
         kept
+    }
+
+    /// Where the name is declared that a name means.
+    pub(super) fn declared_at(&self, name: &Name) -> Option<Span> {
+        let (_, item) = self.environment.program.lookup(name.span, &name.text)?;
+        crate::names::declared(item).map(|name| name.span)
+    }
+
+    /// What a state of the robot or of its parts reads that is shared.
+    pub(super) fn everyones_of(&mut self, state: &Name) -> Everyones<'a> {
+        let declaration = self.environment.program.lookup(state.span, &state.text).map(|(own, _)| own);
+        let read = declaration.map(|own| self.environment.sharing.read_by(own)).unwrap_or_default();
+        let kept = self.environment.sharing.before(read);
+        self.expressions.touched.extend(&kept);
+        self.items_of(&kept)
     }
 
     /// Reports variables that have one name in one actuation: another module may declare one that only its own values read.
@@ -112,8 +133,45 @@ impl<'a> Declarations<'a> {
         self.variable(variable, &cx);
     }
 
-    /// A value that is declared outside of the actuation that reads it: it knows no name of this actuation.
-    pub(super) fn value_of_everyone(&mut self, value: &ast::Expr, outside: &mut Context) -> Expr {
+    /// The shared variables that an actuation or a state reads, each with the next local slot.
+    pub(super) fn variables_of_everyone(
+        &mut self,
+        everyones: &Everyones<'_>,
+        cx: &mut Context,
+    ) -> Vec<ir::Variable> {
+        let mut variables = Vec::new();
+        for variable in everyones.variables() {
+            let checked = self.variable(variable, cx);
+            let item = checked.as_ref().map_or(Ty::Unknown, |v| v.ty.clone());
+            let ty = Self::type_of_variable(variable, item);
+            // It is known by its declaration: its name may mean something else here.
+            cx.locals.push(Local::new("", ty, variable.name.span));
+            variables.extend(checked.map(|v| ir::Variable { owner: ir::Owner::Everyone, ..v }));
+        }
+        variables
+    }
+
+    /// The values outside of it that an actuation or a state reads, each with the next local slot.
+    pub(super) fn values_of_everyone(
+        &mut self,
+        everyones: &Everyones<'_>,
+        cx: &mut Context,
+        values: &mut Lets,
+    ) {
+        let mut outside = Context::new(cx.stage, cx.damaged);
+        outside.locals = cx.locals.iter().map(Local::hidden).collect();
+        for (name, value) in everyones.values() {
+            let value = self.value_of_everyone(value, &mut outside);
+            // It is known by its declaration: its name may mean something else here.
+            let local = Local::new("", value.ty.clone(), name.span);
+            outside.locals.push(local.clone());
+            cx.locals.push(local);
+            values.add(name, value);
+        }
+    }
+
+    /// A value that is declared outside of what reads it: it knows no name of that.
+    fn value_of_everyone(&mut self, value: &ast::Expr, outside: &mut Context) -> Expr {
         let read = std::mem::take(&mut self.expressions.read);
         let value = self.expressions.infer(value, outside);
         // What it reads is asked for when it is read itself.

@@ -11,6 +11,7 @@ mod items;
 mod joints;
 mod lattice;
 mod learners;
+mod lets;
 mod loops;
 mod methods;
 mod models;
@@ -23,6 +24,7 @@ mod scenarios;
 mod searches;
 mod sensors;
 pub(super) mod singles;
+mod states;
 mod targets;
 pub(super) mod tasks;
 pub(super) mod usual;
@@ -48,6 +50,7 @@ pub(super) struct Named {
     pub(super) actuators: IndexMap<String, ir::Actuator>,
     pub(super) actuations: IndexMap<String, ir::Actuation>,
     pub(super) sensors: IndexMap<String, ir::Sensor>,
+    pub(super) states: IndexMap<String, ir::BodyState>,
     pub(super) policies: IndexMap<String, ir::Policy>,
     scenarios: IndexMap<String, ir::Scenarios>,
 }
@@ -72,6 +75,7 @@ impl Named {
             preferences: Vec::new(),
             examples: IndexMap::new(),
             sensors: self.sensors,
+            states: self.states,
             policies: self.policies,
             actuations: self.actuations,
             tasks: IndexMap::new(),
@@ -171,6 +175,7 @@ impl<'a> Declarations<'a> {
                 keep(&mut found.actuations, own, actuation)
             }
             ItemKind::Sense(sense) => keep(&mut found.sensors, own, self.sensor(sense, damaged)),
+            ItemKind::State(of_body) => keep(&mut found.states, own, self.body_state(of_body, damaged)),
             ItemKind::Pattern(_, value) => {
                 keep(&mut found.patterns, own, Some(self.fixed_pattern(value, damaged)))
             }
@@ -183,7 +188,12 @@ impl<'a> Declarations<'a> {
     }
 
     fn check_own(&mut self, declaration: Declaration, item: &Item) {
+        let used = self.expressions.touched.contains(&declaration);
         self.check_named(item, &mut Named::default());
+        if matches!(item.kind, ItemKind::State(_)) && !used {
+            // That a state follows from what it was does not mean that something uses it.
+            self.expressions.touched.shift_remove(&declaration);
+        }
         match &item.kind {
             ItemKind::Shared(variable) => self.everyones_own(variable, item.damaged),
             ItemKind::Block(BlockKind::Cell, block) => drop(self.cell(block, item.damaged)),

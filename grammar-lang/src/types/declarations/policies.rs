@@ -223,6 +223,7 @@ impl Declarations<'_> {
             let space = self.action_space(action, &ty, cx);
             let is_policy = |kind: &ItemKind| matches!(kind, ItemKind::Block(BlockKind::Policy, _));
             let policy = self.named(&action.policy, "policy", is_policy).is_some();
+            self.expressions.read.extend(self.declared_at(&action.policy));
             self.expressions.bind(&action.name, ty.clone(), cx);
             kinds.push((ty, space.filter(|_| policy)));
         }

@@ -2,9 +2,9 @@
 
 use indexmap::IndexMap;
 
-use super::Declarations;
 use super::fields::Values;
 use super::tasks::Tasks;
+use super::{Declarations, Named};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, Ty};
 use crate::source::Span;
@@ -22,21 +22,13 @@ impl Declarations<'_> {
         let mut cx = Context::new(Stage::Sense, damaged);
         let of = match &sense.of {
             None => None,
-            Some((binder, kind)) => {
-                // A kind is a collection of parts where there is a design.
-                let group = self.group_named(kind, &mut Context::new(Stage::Derivation, damaged))?;
-                let member = self.expressions.member_of(&group, kind.span);
-                if member == Ty::Cell {
-                    self.report(
-                        Diagnostic::new(Code::WRONG_TYPE, kind.span, "cells of a lattice have no sensors")
-                            .label("a cell")
-                            .help("sensors are of parts and actuators, as in `sense load(a : actuator) : Force = a.load at now`"),
-                    );
-                    return None;
-                }
-                self.expressions.bind(binder, member, &mut cx);
-                Some(group)
-            }
+            Some((binder, kind)) => Some(self.of_parts(
+                binder,
+                kind,
+                &mut cx,
+                "cells of a lattice have no sensors",
+                "sensors are of parts and actuators, as in `sense load(a : actuator) : Force = a.load at now`",
+            )?),
         };
         let ty = self.expressions.type_named(&sense.ty);
         let value = self.expressions.expect(&sense.value, &mut cx, &ty, &format!("`{}`", sense.name.text));
@@ -54,6 +46,27 @@ impl Declarations<'_> {
             return None;
         }
         Some(ir::Sensor { of, ty, value, noise: noise?, delay: delay?, span: sense.name.span })
+    }
+
+    /// The parts that have a sensor or a state each; the part is bound.
+    pub(super) fn of_parts(
+        &mut self,
+        binder: &ast::Name,
+        kind: &ast::Name,
+        cx: &mut Context,
+        no_cells: &str,
+        help: &str,
+    ) -> Option<ir::Group> {
+        // A kind is a collection of parts where there is a design.
+        let group = self.group_named(kind, &mut Context::new(Stage::Derivation, cx.damaged))?;
+        let member = self.expressions.member_of(&group, kind.span);
+        if member == Ty::Cell {
+            let error = Diagnostic::new(Code::WRONG_TYPE, kind.span, no_cells);
+            self.report(error.label("a cell").help(help));
+            return None;
+        }
+        self.expressions.bind(binder, member, cx);
+        Some(group)
     }
 
     /// The standard deviation of the noise, or how likely a Bool is wrong.
@@ -135,21 +148,12 @@ impl Declarations<'_> {
         &mut self,
         (name, target): (&str, &ir::Target),
         (with, actuation): (&str, &ir::Actuation),
-        policies: &IndexMap<String, ir::Policy>,
+        Named { policies, states, .. }: &Named,
         place: Span,
     ) {
-        let mut missing: Option<(String, Span)> = None;
-        for value in actuation.values_with(policies) {
-            value.any(&mut |e| {
-                if let ir::ExprKind::Sensor(sensor, _) = &e.kind
-                    && !target.sensors.contains(sensor)
-                {
-                    missing.get_or_insert((sensor.clone(), e.span));
-                }
-                false
-            });
-        }
-        if let Some((sensor, read)) = missing {
+        let felt = ir::felt_by(actuation.values_with(policies), states);
+        let is_missing = |name: &String| !states.contains_key(name) && !target.sensors.contains(name);
+        if let Some((sensor, read)) = felt.into_iter().find(|(name, _)| is_missing(name)) {
             self.report(
                 Diagnostic::new(
                     Code::TARGET_MISFIT,

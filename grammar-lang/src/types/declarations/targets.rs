@@ -2,9 +2,9 @@
 
 use indexmap::IndexMap;
 
-use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use super::tasks::Tasks;
+use super::{Declarations, Named};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::Value;
 use crate::ir::{self, Backend, Expr, ExprKind, Field, PINS, Ty};
@@ -540,9 +540,9 @@ impl Declarations<'_> {
         &mut self,
         tasks: &Tasks,
         targets: &IndexMap<String, ir::Target>,
-        actuators: &IndexMap<String, ir::Actuator>,
-        (actuations, policies): (&IndexMap<String, ir::Actuation>, &IndexMap<String, ir::Policy>),
+        used: &Named,
     ) {
+        let Named { actuators, actuations, .. } = used;
         for target in targets.values() {
             self.check_moves(target, actuators);
         }
@@ -605,7 +605,7 @@ impl Declarations<'_> {
                 }
                 let mut on = task.on.iter().filter_map(|name| Some((name, targets.get(name)?)));
                 let Some((name, target)) = on.find(|(_, target)| target.kind == *kind) else { continue };
-                self.check_measured((name, target), (with, actuation), policies, *place);
+                self.check_measured((name, target), (with, actuation), used, *place);
                 let air = matches!(target.backend, Backend::Pneumatic(_));
                 if air != valves {
                     let (drives, wants, example) = if air {

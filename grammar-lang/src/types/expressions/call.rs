@@ -69,6 +69,10 @@ impl Expressions<'_> {
                             self.touched.insert(declaration);
                             return self.sensed(sense, arguments, span, cx);
                         }
+                        ItemKind::State(of_body) => {
+                            self.touched.insert(declaration);
+                            return self.remembered(of_body, arguments, span, cx);
+                        }
                         ItemKind::Record(name, _) => {
                             return self.record(name, callee.span, arguments, span, cx);
                         }
@@ -113,26 +117,51 @@ impl Expressions<'_> {
         span: Span,
         cx: &mut Context,
     ) -> Expr {
+        self.felt(("sensor", &sense.name, sense.of.as_ref(), &sense.ty), arguments, span, cx)
+    }
+
+    /// What the robot remembers, or a part where parts have a state each.
+    pub(super) fn remembered(
+        &mut self,
+        of_body: &ast::BodyState,
+        arguments: &[ast::Argument],
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
+        let ast::BodyState { of, state } = of_body;
+        // What reads it is driven by the shared variables that it comes from.
+        self.read.insert(state.name.span);
+        self.felt(("state", &state.name, of.as_ref(), &state.ty), arguments, span, cx)
+    }
+
+    /// What a sensor or a state is, of which the robot or each part of a kind has one.
+    fn felt(
+        &mut self,
+        (what, own, of, ty): (&str, &ast::Name, Option<&(ast::Name, ast::Name)>, &ast::Name),
+        arguments: &[ast::Argument],
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
         let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
-        let name = &sense.name.text;
+        let name = &own.text;
         if cx.stage != Stage::Drive {
-            return self.stage_error(span, name, cx.stage, "actuations, as a sensor");
+            return self.stage_error(span, name, cx.stage, &format!("actuations and states, as a {what}"));
         }
-        let ty = self.type_named(&sense.ty);
-        let usage = match &sense.of {
+        let ty = self.type_named(ty);
+        let usage = match of {
             Some((binder, _)) => format!("{name}({})", binder.text),
             None => name.clone(),
         };
-        let wanted = usize::from(sense.of.is_some());
+        let wanted = usize::from(of.is_some());
         if arguments.len() != wanted || arguments.iter().any(|a| a.name.is_some()) {
             self.report(
                 Diagnostic::new(
                     Code::WRONG_ARGUMENTS,
                     span,
-                    format!("the sensor `{name}` is read as `{usage}`"),
+                    format!("the {what} `{name}` is read as `{usage}`"),
                 )
                 .label(given(arguments))
-                .also(sense.name.span, "declared here")
+                .also(own.span, "declared here")
                 .help(match wanted {
                     0 => "the robot has one of it: write its name alone",
                     _ => "each part of its kind has one: say of which part, as in `(a)`",

@@ -105,6 +105,7 @@ impl Expressions<'_> {
                 return make(ExprKind::Term(name.to_owned()), ty);
             }
             ItemKind::Sense(sense) => return self.sensed(sense, &[], span, cx),
+            ItemKind::State(of_body) => return self.remembered(of_body, &[], span, cx),
             ItemKind::Let(_, None, _) if self.environment.sharing.reads(declaration) => {
                 return self.shared(name, declaration, item, span, cx);
             }

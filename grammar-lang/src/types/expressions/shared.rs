@@ -1,4 +1,4 @@
-//! Shared variables, and values that read them, outside of actuations: what they are where something reads them.
+//! Shared variables, and values outside of actuations that read what only actuations know: what they are where something reads them.
 
 use super::Expressions;
 use super::context::{Context, unknown};
@@ -52,7 +52,7 @@ impl Expressions<'_> {
                 let mut error = Diagnostic::new(
                     Code::WRONG_STAGE,
                     span,
-                    format!("`{name}` reads shared variables, which are not known here"),
+                    format!("`{name}` reads shared variables, sensors or states, which are not known here"),
                 )
                 .label("known where these are")
                 .help("`let`, `next` and `drive` of an actuation read it");
