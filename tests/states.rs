@@ -1,7 +1,12 @@
 //! States outside of actuations: what the robot and its parts remember, and all actuations read.
 
+use grammar_lang::eval::Value;
 use sgc::derive::{Candidate, Derivation};
-use sgc::drive::{Conditions, Drive};
+use sgc::drive::{Conditions, Drive, Traced};
+use sgc::results::names::Names;
+use sgc::results::signals::table;
+use sgc::search::settings;
+use sgc::simulate::{Stop, World, model};
 
 use crate::joints::compiled;
 use crate::sensors::{commands, moved_in, walker, world};
@@ -122,4 +127,45 @@ fn what_nobody_reads_does_not_react() {
         walker("state phase : Number from 0 next phase + 1", "drive angle = 20 deg * sin(t / 1 s * 360 deg)");
     let rules = compiled(&text);
     assert!(rules.states.is_empty());
+}
+
+/// A trace keeps what was felt, remembered and asked for, and does not change the motion.
+#[test]
+fn a_trace_keeps_the_signals_of_a_motion() {
+    let text = walker(
+        "enum Stage { rest, swing }
+         sense bent(a : bender) : Angle = a.angle at now delay 50 ms
+         state stage(b : block) : Stage from Stage.rest next if t > 0.1 s then Stage.swing else stage(b)",
+        "state count : Count from 3 next count + 1
+         drive angle = if stage(core) == Stage.swing then 20 deg + bent(a) / 10 else count * 1 deg",
+    );
+    let rules = compiled(&text);
+    let candidate = Candidate::new(&rules, Derivation::begin(&rules).into());
+    let task = rules.first_task().unwrap();
+    let drive = Drive::new(&candidate, task).unwrap();
+    let traced = Traced::new(&drive, &[], &Conditions::NOMINAL).unwrap();
+    let mut simulation =
+        model("articulated").unwrap().prepare(&candidate.body.assembly, &settings(&task.model)).unwrap();
+    let motion =
+        simulation.run_cases(Stop::NEVER, &[traced.case(&World::NOMINAL)]).unwrap().remove(0).unwrap();
+    let trace = traced.trace();
+    let told = motion.commands.clone().unwrap();
+    assert_eq!(told.angles, moved_in(&rules, &Conditions::NOMINAL).commands.unwrap().angles);
+    // Two sensors, a state of each of the three blocks, a state and a command of each actuator.
+    assert_eq!(trace.signals.len(), 2 + 3 + 2 + 2);
+    let names = Names::through(&rules, &candidate.derivation);
+    let table = table(&rules, &names, &trace);
+    let lines: Vec<&str> = table.lines().collect();
+    assert_eq!(lines.len(), 1 + trace.rows.len());
+    assert_eq!(
+        lines[0],
+        "time (s),bent of leg (deg),bent of leg.twin (deg),stage of core,stage of foot,stage of foot.twin,count of leg,\
+         count of leg.twin,leg is asked for (deg),leg.twin is asked for (deg)"
+    );
+    assert!(lines[1].starts_with("0,0,0,rest,rest,rest,3,3,3,"), "{}", lines[1]);
+    assert!(lines[20].contains(",swing,swing,swing,22,22,2"), "{}", lines[20]);
+    for (row, asked) in trace.rows.iter().zip(told.angles.chunks(told.actuators)) {
+        let number = |value: &Option<Value>| value.as_ref().and_then(Value::as_number).unwrap();
+        assert!((number(&row[7]) - asked[0]).abs() < 1e-12 && (number(&row[8]) - asked[1]).abs() < 1e-12);
+    }
 }

@@ -7,6 +7,7 @@
 //! have to leave it open.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use grammar_lang::eval::{EvalError, Value, evaluate};
 use grammar_lang::ir::{Effect, Expr, ExprKind, Kind, Matched, Rule, RuleSet, SearchWord, Spread, Word};
@@ -114,7 +115,7 @@ fn broken(rules: &RuleSet, wanted: &Derivation) -> Vec<String> {
 fn follow(
     rules: &RuleSet,
     start: &Derivation,
-    steps: &[Step],
+    steps: &[Arc<Step>],
     settings: &Settings,
 ) -> Result<Derivation, BadStep> {
     let mut derivation = start.clone();

@@ -15,6 +15,8 @@ use crate::derive::Candidate;
 use crate::results::beginning::beginning;
 use crate::results::replay;
 use crate::results::saved::SavedDesign;
+use crate::results::signals;
+use crate::scenarios::Scenario;
 use crate::simulate::{SolverName, export};
 
 /// What a design is written as.
@@ -28,6 +30,8 @@ enum Format {
     Begin,
     /// The poses of all elements over time, as comma-separated values
     Motion,
+    /// What sensors read, states are and actuators are asked for over time, as comma-separated values
+    Signals,
 }
 
 /// Write a saved design for other simulators (its body, its drive or its motion), or as the text of a grammar
@@ -64,9 +68,9 @@ impl Export {
         let Candidate { derivation, .. } = replay::candidate(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
         let world = self.place.asked(&rules)?;
-        if world.is_some() && !matches!(self.to, Format::Motion) {
+        if world.is_some() && !matches!(self.to, Format::Motion | Format::Signals) {
             return Err(Fault::usage(
-                "a world changes what is simulated, and goes with `--to motion` alone\nhelp: leave `--in` and `--world` out".to_owned(),
+                "a world changes what is simulated, and goes with `--to motion` and `--to signals` alone\nhelp: leave `--in` and `--world` out".to_owned(),
             ));
         }
         if matches!(self.to, Format::Begin) {
@@ -89,6 +93,18 @@ impl Export {
         let precision = self.precision.asked();
         let setup = replay::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
         let assembly = &setup.body.assembly;
+        if matches!(self.to, Format::Signals) {
+            let solver = self.solver.as_deref().unwrap_or(&design.solver);
+            let world = world.unwrap_or_else(Scenario::nominal);
+            let trace = replay::signals(&rules, &design, self.task.as_deref(), &world, solver, precision);
+            return match trace.map_err(fault)? {
+                Some(trace) => self.write(&signals::table(&rules, &names, &trace)),
+                None => Err(Fault::usage(format!(
+                    "{}: no actuation of this design reads a sensor or has a state\nhelp: `--to drive` writes what its actuators are asked for",
+                    path.display()
+                ))),
+            };
+        }
         let names = names.all(&setup.body.parts_of_elements);
         let text = match self.to {
             Format::Mjcf => export::mjcf(assembly, &setup.settings, &self.title(&design), &names),
@@ -106,7 +122,7 @@ impl Export {
             }
             Format::Drive => export::drive(assembly, &setup.settings, &setup.law.targets, &names),
             // Written already.
-            Format::Begin => Ok(String::new()),
+            Format::Begin | Format::Signals => Ok(String::new()),
             Format::Motion => {
                 let solver = self.solver.as_deref().unwrap_or(&design.solver);
                 let task = self.task.as_deref();
@@ -128,7 +144,7 @@ impl Export {
             Some(out) => {
                 match self.to {
                     Format::Mjcf => self.replace.write_sealed(out, text, "export")?,
-                    Format::Drive | Format::Begin | Format::Motion => {
+                    Format::Drive | Format::Begin | Format::Motion | Format::Signals => {
                         self.replace.write(out, text)?;
                     }
                 }

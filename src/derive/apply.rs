@@ -1,5 +1,7 @@
 //! Applies rules, takes steps back, repeats recorded steps.
 
+use std::sync::Arc;
+
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{
     Cells, DesignWord, Effect, Expr, ExprKind, Holding, Match, Painting, Rule, RuleSet, Spread, Symmetry,
@@ -154,7 +156,7 @@ impl Derivation {
         }
         if !rule.effects.iter().any(|e| matches!(e, Effect::Revert(_))) {
             let locals = locals.iter().map(Recorded::new).collect();
-            next.steps.push(Step { id: next.next, rule: rule.name.clone(), locals });
+            next.steps.push(Arc::new(Step { id: next.next, rule: rule.name.clone(), locals }));
         }
         next.next += 1;
         Ok((next, made))
@@ -171,11 +173,14 @@ impl Derivation {
     ) -> Option<String> {
         let mut next = self.clone();
         self.carry_out(&mut next, rules, &rule.effects, locals, self.next).ok()?;
-        let (a, b) = next.overlap(rules, broken)?;
-        let (a, b) = (next.design.parts.get(&a)?, next.design.parts.get(&b)?);
+        let (first, second) = next.overlap(rules, broken)?;
+        let (a, b) = (next.design.parts.get(&first)?, next.design.parts.get(&second)?);
         let bent =
             a.begins_bent().or_else(|| b.begins_bent()).map_or_else(String::new, |bent| format!("; {bent}"));
-        Some(format!("`{}` and `{}`{bent}", a.kind, b.kind))
+        let its_image =
+            a.image_of.is_some_and(|of| b.image_of == Some(of) || of == second) || b.image_of == Some(first);
+        let other = if its_image { "its image".to_owned() } else { format!("`{}`", b.kind) };
+        Some(format!("`{}` and {other}{bent}", a.kind))
     }
 
     /// Two parts that overlap, where a requirement asks that none do.
@@ -197,7 +202,8 @@ impl Derivation {
         step: u64,
     ) -> Result<Vec<(usize, PartId)>, Blocked> {
         let mut locals = locals.to_vec();
-        let mut under_way = UnderWay { step, room: 0, makers: Effect::makers(effects), made: Vec::new() };
+        let mut under_way =
+            UnderWay { step, room: 0, begun: false, makers: Effect::makers(effects), made: Vec::new() };
         for effect in effects {
             // Each has its own.
             under_way.room = repeated::MOST;
@@ -216,8 +222,10 @@ impl Derivation {
         under_way: &mut UnderWay<'_>,
     ) -> Result<(), Blocked> {
         for effect in effects {
-            let made = next.design.clone();
-            let scope = DesignScope::new(rules, self).with_made(&made);
+            // What was made so far can be read while more is made.
+            let made = under_way.begun.then(|| next.design.clone());
+            under_way.begun = true;
+            let scope = DesignScope::new(rules, self).with_made(made.as_ref().unwrap_or(&self.design));
             let values = self.carry_out_one(next, effect, &scope, locals, under_way)?;
             locals.extend(values);
         }
@@ -399,7 +407,7 @@ impl Derivation {
             }
         })?;
         let kept = locals.iter().map(Recorded::new).collect();
-        self.steps.push(Step { locals: kept, ..step.clone() });
+        self.steps.push(Arc::new(Step { locals: kept, ..step.clone() }));
         self.next = self.next.max(step.id + 1);
         Ok(())
     }

@@ -41,11 +41,8 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                 match evaluate(condition, &scope, &mut locals.clone()).map_err(no_value)? {
                     Value::Bool(true) => {}
                     _ => {
-                        return Err(fail(
-                            condition.span,
-                            "an expectation does not hold".into(),
-                            falsehood(condition, &scope, &locals),
-                        ));
+                        let (place, why) = falsehood(condition, &scope, &locals);
+                        return Err(fail(place, "an expectation does not hold".into(), why));
                     }
                 }
             }
@@ -117,14 +114,14 @@ fn sides(condition: &Expr, scope: &DesignScope<'_>, locals: &[Value]) -> Option<
     Some(format!("{} {} {}", side(a)?, operator.symbol(), side(b)?))
 }
 
-/// Why an expectation does not hold: what stands on its two sides, if that is what it compares.
-fn falsehood(condition: &Expr, scope: &DesignScope<'_>, locals: &[Value]) -> String {
-    let ExprKind::Binary(a, operator, b) = &condition.kind else { return "false here".to_owned() };
-    if *operator == Operator::And {
+/// Which part of an expectation does not hold, and why: what stands on its two sides, if that is what it compares.
+fn falsehood(condition: &Expr, scope: &DesignScope<'_>, locals: &[Value]) -> (Span, String) {
+    if let ExprKind::Binary(a, Operator::And, b) = &condition.kind {
         let holds = |e: &Expr| matches!(evaluate(e, scope, &mut locals.to_vec()), Ok(Value::Bool(true)));
         return falsehood(if holds(a) { b } else { a }, scope, locals);
     }
-    sides(condition, scope, locals).map_or("false here".to_owned(), |sides| format!("false here: {sides}"))
+    let sides = sides(condition, scope, locals).map_or(String::new(), |sides| format!(": {sides}"));
+    (condition.span, format!("false here{sides}"))
 }
 
 /// Why a rule cannot be applied with chosen values.

@@ -20,6 +20,9 @@ mod scope;
 mod start;
 mod unrepeatable;
 
+use std::borrow::Borrow;
+use std::sync::Arc;
+
 use grammar_lang::bounds::{Facts, locals_of};
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
@@ -42,8 +45,8 @@ pub use random::Stream;
 pub struct Derivation {
     /// The design.
     pub design: Design,
-    /// The steps that made it, in order.
-    pub steps: Vec<Step>,
+    /// The steps that made it, in order. Designs that come from one share its steps.
+    pub steps: Vec<Arc<Step>>,
     /// The number of the next step.
     next: u64,
 }
@@ -163,7 +166,13 @@ impl Derivation {
     /// What is kept of it.
     #[must_use]
     pub fn kept(&self) -> Steps {
-        Steps { steps: self.steps.clone(), next: self.next }
+        Steps { steps: self.recorded(), next: self.next }
+    }
+
+    /// Its steps, by themselves.
+    #[must_use]
+    pub fn recorded(&self) -> Vec<Step> {
+        self.steps.iter().map(|step| Step::clone(step)).collect()
     }
 
     /// The derivation of which this was kept; it goes on as that one would have.
@@ -195,9 +204,9 @@ impl Derivation {
     /// # Errors
     ///
     /// Which step cannot be made, and why.
-    pub fn follow_all(rules: &RuleSet, steps: &[Step]) -> Result<Self, BadStep> {
-        let follow = |derivation: Self, (i, step): (usize, &Step)| {
-            derivation.follow(rules, step, 0.0).map_err(|why| BadStep { number: i + 1, why })
+    pub fn follow_all<S: Borrow<Step>>(rules: &RuleSet, steps: &[S]) -> Result<Self, BadStep> {
+        let follow = |derivation: Self, (i, step): (usize, &S)| {
+            derivation.follow(rules, step.borrow(), 0.0).map_err(|why| BadStep { number: i + 1, why })
         };
         steps.iter().enumerate().try_fold(Self::begin(rules), follow)
     }
@@ -207,10 +216,11 @@ impl Derivation {
     /// # Errors
     ///
     /// Which step cannot be applied, and why.
-    pub fn replay(rules: &RuleSet, steps: &[Step]) -> Result<Self, BadStep> {
+    pub fn replay<S: Borrow<Step>>(rules: &RuleSet, steps: &[S]) -> Result<Self, BadStep> {
         let mut derivation = Self::begin(rules);
         let facts = Facts::from(rules, None);
         for (i, step) in steps.iter().enumerate() {
+            let step = step.borrow();
             within(&facts, rules, step)
                 .and_then(|()| derivation.repeat(rules, step))
                 .map_err(|why| BadStep { number: i + 1, why })?;

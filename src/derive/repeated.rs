@@ -12,6 +12,8 @@ pub(super) struct UnderWay<'e> {
     pub(super) step: u64,
     /// How often something may still be repeated.
     pub(super) room: usize,
+    /// Whether an effect has begun: until then, the design is that before the step.
+    pub(super) begun: bool,
     /// The effects that make parts.
     pub(super) makers: Vec<&'e Effect>,
     /// What was made so far, with the number of the effect that made it.

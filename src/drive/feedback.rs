@@ -4,12 +4,13 @@
 //! and from the states, its own and those of the robot; then all states move on. The readings of a moment are kept: a late sensor gives an earlier one.
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate, evaluate_number};
-use grammar_lang::ir::{Attribute, ElementAttribute, Group, MotionWord, Sensor, Track, Word, felt_by};
+use grammar_lang::ir::{Attribute, ElementAttribute, Group, MotionWord, Sensor, Track, Ty, Word, felt_by};
 
 use super::conditions::Conditions;
 use super::hardware::Limit;
 use super::policies::Answer;
 use super::remembered::Remembered;
+use super::signals::Signal;
 use super::{Drive, Parameters, passive};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, DesignScope};
@@ -165,6 +166,23 @@ impl Controller for Reaction<'_> {
 }
 
 impl Reaction<'_> {
+    /// What can be kept of a control moment: what sensors read, what the robot and its parts remember, what actuators remember, and
+    /// what they are asked for.
+    pub(super) fn signals(&self) -> Vec<Signal> {
+        let drive = &self.drive;
+        let signal = |name: &str, of, ty: &Ty| Signal { name: name.to_owned(), of, ty: ty.clone() };
+        let sensors = self.sensors.iter().map(|fitted| signal(fitted.name, fitted.of, &fitted.sensor.ty));
+        let states = self.states.iter().map(|state| signal(state.name, state.of, state.ty()));
+        let reacting = drive.actuators.iter().zip(&self.begun).filter(|(_, begun)| begun.is_some());
+        let reacting =
+            reacting.filter_map(|(driven, _)| Some((driven.id, drive.actuations.get(driven.actuation)?.1)));
+        let own = reacting.clone().flat_map(|(id, actuation)| {
+            actuation.states.iter().map(move |state| signal(&state.name, Some(id), &state.ty))
+        });
+        let asked = reacting.map(|(id, actuation)| signal("", Some(id), &actuation.drive.ty));
+        sensors.chain(states).chain(own).chain(asked).collect()
+    }
+
     /// A run from rest.
     pub(super) fn run(&self) -> Running<'_> {
         // Named by what they are of, so that all candidates hear the same noise in a world.
@@ -231,6 +249,37 @@ impl Running<'_> {
         }
     }
 
+    /// What a sensor gives now, of what it has measured so far.
+    fn reading(&self, fitted: &Fitted<'_>, readings: &[Option<Value>]) -> Option<Value> {
+        let now = readings.len().checked_sub(1)?;
+        let late = self.moments(fitted.sensor.delay);
+        readings.get(now.saturating_sub(late))?.clone()
+    }
+
+    /// The same as [`Self::moment`]; what the signals of the moment are, as [`Reaction::signals`] names them.
+    pub(super) fn traced(&mut self, measured: &Measured<'_>) -> Result<Vec<Option<Value>>, EvalError> {
+        let feedback = self.feedback;
+        let Reaction { drive, parameters, .. } = feedback;
+        self.measure(measured);
+        let sensors = feedback.sensors.iter().zip(&self.readings);
+        let mut row: Vec<Option<Value>> =
+            sensors.map(|(fitted, readings)| self.reading(fitted, readings)).collect();
+        row.extend(self.remembered.iter().cloned().map(Some));
+        for (driven, locals) in drive.actuators.iter().zip(&self.locals) {
+            let Some((locals, (_, actuation))) = locals.as_ref().zip(drive.actuations.get(driven.actuation))
+            else {
+                continue;
+            };
+            let first = actuation.first_state();
+            row.extend((first..first + actuation.states.len()).map(|slot| locals.get(slot).cloned()));
+        }
+        self.decide(&mut |policy, known| drive.answer(parameters, policy, known))?;
+        self.moment += 1;
+        let asked = self.commands.iter().zip(&feedback.begun).filter(|(_, begun)| begun.is_some());
+        row.extend(asked.map(|(commands, _)| commands.last().copied().map(Value::Number)));
+        Ok(row)
+    }
+
     /// Reads all sensors, and finds what each actuator is asked for.
     fn moment(&mut self, measured: &Measured<'_>) -> Result<(), EvalError> {
         let Reaction { drive, parameters, .. } = self.feedback;
@@ -253,19 +302,12 @@ impl Running<'_> {
     fn decide(&mut self, answer: &mut Answer<'_>) -> Result<(), EvalError> {
         let feedback = self.feedback;
         let drive = &feedback.drive;
+        let sensors = feedback.sensors.iter().zip(&self.readings);
+        let sensors = sensors
+            .filter_map(|(fitted, readings)| Some((fitted.name, fitted.of, self.reading(fitted, readings)?)));
         let remembered = feedback.states.iter().zip(&self.remembered);
         let remembered = remembered.map(|(state, value)| (state.name, state.of, value.clone()));
-        let felt = feedback
-            .sensors
-            .iter()
-            .zip(&self.readings)
-            .filter_map(|(fitted, readings)| {
-                let now = readings.len().checked_sub(1)?;
-                let late = self.moments(fitted.sensor.delay);
-                Some((fitted.name, fitted.of, readings.get(now.saturating_sub(late))?.clone()?))
-            })
-            .chain(remembered)
-            .collect();
+        let felt = sensors.chain(remembered).collect();
         let mut scope = drive.scope();
         scope.time = self.moment as f64 * feedback.interval();
         scope.felt = felt;
@@ -283,7 +325,7 @@ impl Running<'_> {
             let next: Result<Vec<Value>, _> =
                 actuation.states.iter().map(|state| evaluate(&state.next, &scope, locals)).collect();
             locals.truncate(fixed);
-            let first = 1 + actuation.variables.len();
+            let first = actuation.first_state();
             for (slot, value) in locals.iter_mut().skip(first).zip(next?) {
                 *slot = value;
             }

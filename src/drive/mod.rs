@@ -18,6 +18,8 @@ mod policies;
 mod remembered;
 mod scope;
 mod shares;
+mod signals;
+mod traced;
 mod uneven;
 
 use grammar_lang::eval::{EvalError, Made, MadeActuator, Reference, Value, Valves, evaluate};
@@ -36,6 +38,8 @@ pub use feedback::ControlLaw;
 pub use policies::Decision;
 use policies::PolicyNetwork;
 use scope::DriveScope;
+pub use signals::{Signal, Trace};
+pub use traced::Traced;
 
 /// Values of all varied quantities of a body, in SI units; a Bool is 0 or 1.
 pub type Parameters = Vec<f64>;

@@ -1,7 +1,7 @@
 //! States of the robot and of its parts: what all actuations that react can read.
 
 use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
-use grammar_lang::ir::{BodyState, Variable};
+use grammar_lang::ir::{BodyState, Ty, Variable};
 
 use super::scope::DriveScope;
 use super::{Drive, Holder};
@@ -39,6 +39,11 @@ impl<'r> Remembered<'r> {
             fixed.push(value);
         }
         Ok(Self { name, of, begun, declared, fixed })
+    }
+
+    /// Its type.
+    pub(super) fn ty(&self) -> &'r Ty {
+        &self.declared.state.ty
     }
 
     /// What it will be at the next control moment.

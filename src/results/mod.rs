@@ -30,6 +30,7 @@ pub mod saved;
 pub mod saving;
 pub mod seal;
 pub mod series;
+pub mod signals;
 pub mod summary;
 mod unambiguous;
 pub mod view;

@@ -75,7 +75,10 @@ pub fn scene(
         .map(|check| Check {
             name: check.name.clone(),
             text: robustness::outcome(rules, design, saved, check),
-            ok: robustness::verdict(rules, saved, check).remark().is_empty(),
+            agrees: match robustness::verdict(rules, saved, check) {
+                robustness::Verdict::Silent => None,
+                verdict => Some(verdict == robustness::Verdict::Confirmed),
+            },
         })
         .collect();
     let terms = terms(rules, design, saved, &replayed.observed);

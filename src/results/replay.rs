@@ -11,7 +11,7 @@ use super::DesignError;
 use super::saved::{SavedDesign, SavedTask};
 use crate::derive::{Candidate, Derivation};
 use crate::design::Body;
-use crate::drive::{ControlLaw, Drive};
+use crate::drive::{ControlLaw, Drive, Trace, Traced};
 use crate::scenarios::{self, Scenario};
 use crate::score::{self, Observed, Recording, Score, score};
 use crate::search::settings;
@@ -429,6 +429,34 @@ pub fn motion_in(
     let candidate = candidate(rules, design)?;
     let driven = Driven::new(&candidate, design.task(task)?, precision)?;
     driven.motion_in(world, solver, Stop::NEVER)
+}
+
+/// What a saved design feels, remembers and is asked for in a task (the first, if none is named) in a world; none where nothing of
+/// it reacts.
+///
+/// # Errors
+///
+/// A sentence that says what does not fit, or that the motion is not valid.
+pub fn signals(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    task: Option<&str>,
+    world: &Scenario,
+    solver: &str,
+    precision: Precision,
+) -> Result<Option<Trace>, DesignError> {
+    let candidate = candidate(rules, design)?;
+    let driven = Driven::new(&candidate, design.task(task)?, precision)?;
+    if !driven.control_law()?.is_closed_loop() {
+        return Ok(None);
+    }
+    let conditions = world.conditions(candidate.body.actuators.len());
+    let traced = Traced::new(&driven.drive, &driven.parameters, &conditions)?;
+    let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
+    let mut simulation = model.prepare(&candidate.body.assembly, &driven.settings)?;
+    let motions = simulation.run_cases(Stop::NEVER, &[traced.case(&world.world())]).unwrap_or_default();
+    motions.into_iter().next().unwrap_or(Err(Invalid::NotFinite))?;
+    Ok(Some(traced.trace()))
 }
 
 /// Scores a motion that another program has made of a design (see

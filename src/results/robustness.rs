@@ -279,6 +279,14 @@ pub fn kept(rules: &RuleSet, design: &SavedDesign) -> (usize, usize) {
     (kept, told)
 }
 
+/// The cross-checks that say nothing of a design, by name.
+pub fn silent<'d>(rules: &'d RuleSet, design: &'d SavedDesign) -> impl Iterator<Item = &'d str> {
+    let is_silent = |task: &SavedTask, check: &Check| verdict(rules, task, check) == Verdict::Silent;
+    design.tasks.iter().flat_map(move |task| {
+        task.checks.iter().filter(move |check| is_silent(task, check)).map(|check| check.name.as_str())
+    })
+}
+
 /// What a cross-check came to, in words: a value as the design's own is, less what its broken preferences take away.
 #[must_use]
 pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: &Check) -> String {

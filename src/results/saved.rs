@@ -305,7 +305,7 @@ impl SavedDesign {
             own_names: Names::default(),
             tasks: Vec::new(),
             body,
-            derivation: derivation.steps.clone(),
+            derivation: derivation.recorded(),
         }
     }
 

@@ -28,7 +28,7 @@ pub(crate) enum Missing {
     /// The motion may not be scored.
     Motion(Invalid),
     /// The motion in another world, by its name, may not be scored.
-    Elsewhere(String),
+    Elsewhere(String, Invalid),
     /// An expression has no value for it.
     Expression(EvalError),
     /// The solver cannot simulate the body, for this reason.
@@ -44,7 +44,7 @@ pub(crate) enum Missing {
 pub struct Tally {
     /// Evaluations whose motion may not be scored.
     pub invalid: BTreeMap<Invalid, u64>,
-    /// Evaluations whose motion in another world may not be scored, by the world.
+    /// Evaluations whose motion in another world may not be scored, by the world and the reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub elsewhere: BTreeMap<String, u64>,
     /// Evaluations for which an expression has no value, by the expression.
@@ -77,7 +77,9 @@ impl Tally {
     pub(crate) fn count(&mut self, why: Missing) {
         match why {
             Missing::Motion(invalid) => *self.invalid.entry(invalid).or_default() += 1,
-            Missing::Elsewhere(world) => *self.elsewhere.entry(world).or_default() += 1,
+            Missing::Elsewhere(world, why) => {
+                *self.elsewhere.entry(format!("`{world}`: {}", why.describe())).or_default() += 1;
+            }
             Missing::Expression(error) => *self.no_value.entry(error).or_default() += 1,
             Missing::Unfit(reason) => self.count_unfit(1, &reason),
             Missing::WithRods => self.with_rods += 1,
@@ -132,7 +134,14 @@ impl Tally {
     /// Why evaluations had no value: `3 too fast, 1 not finite`; empty if all had one.
     #[must_use]
     pub fn reasons(&self) -> String {
-        let reasons: Vec<_> = self.by_reason().map(|(reason, n)| format!("{n} {reason}")).collect();
+        // Of several worlds the one that fails most often.
+        let most = self.elsewhere.iter().rev().max_by_key(|(_, n)| **n);
+        let more = |reason: &str| match most {
+            Some((world, _)) if reason == ELSEWHERE => format!(" ({world})"),
+            _ => String::new(),
+        };
+        let reasons: Vec<_> =
+            self.by_reason().map(|(reason, n)| format!("{n} {reason}{}", more(reason))).collect();
         reasons.join(", ")
     }
 }

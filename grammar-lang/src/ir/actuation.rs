@@ -154,10 +154,16 @@ impl Actuation {
         self.first_action() + self.actions.len()
     }
 
+    /// The first slot of its states.
+    #[must_use]
+    pub fn first_state(&self) -> usize {
+        1 + self.variables.len()
+    }
+
     /// The first slot of its actions.
     #[must_use]
     pub fn first_action(&self) -> usize {
-        1 + self.variables.len() + self.states.len()
+        self.first_state() + self.states.len()
     }
 }
 

@@ -134,6 +134,7 @@ const DOUBTFUL: &[Lint] = &[
     stops_at_once::check,
     whole_turns::check,
     no_grip::check,
+    no_grip::slopes,
     still_drive::check,
     against_requirements::check,
     first_of_several::check,

@@ -1,18 +1,22 @@
-//! Periods that are shorter than a few samples of the drive, or longer than the motion, and schedules of valves that are
-//! too slow for them.
+//! Periods that are shorter than a few samples of the drive, or longer than the motion, and schedules of valves and actuators that
+//! are too slow for them.
 
 use std::collections::BTreeSet;
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Actuation, Backend, Task, Variable};
+use crate::eval::Made;
+use crate::ir::{Actuation, Backend, Kind, Task, Ty, Variable};
 use crate::units::{Dimension, shown};
 
-use super::known::Known;
+use super::instances::{driven_range, made};
+use super::known::{Actuated, Known};
 
 /// A search may try periods that are too long, but not many times so.
 const FAR: f64 = 5.0;
 /// A curve needs so many samples in a period to be one.
 const FEWEST_SAMPLES: f64 = 4.0;
+/// An actuator that moves by less than this share of its range in half a period cannot follow.
+const HARDLY: f64 = 0.1;
 /// A cycle of valves has so many states at least: in which air comes in, and in which it goes out.
 const FEWEST_STATES: f64 = 2.0;
 
@@ -38,6 +42,48 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
         }
     }
+    for actuated in known.actuated() {
+        if let Some(finding) = cannot_follow(known, &actuated)
+            && told.insert(finding.span())
+        {
+            findings.push(finding);
+        }
+    }
+}
+
+/// An actuator that is so slow that it hardly moves in the longest period.
+fn cannot_follow(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnostic> {
+    let &Actuated { kind, actuator, actuation, .. } = actuated;
+    let period = period(actuation)?;
+    let dimension = actuator.joint.kind.driven();
+    if actuation.drive.ty != Ty::Quantity(dimension) || dimension == Dimension::ANGULAR_VELOCITY {
+        return None;
+    }
+    let (low, high) = driven_range(known, actuator)?;
+    let speeds = made(known, Kind::Actuator(actuator)).filter_map(|(_, made)| match made.ok()? {
+        Made::Actuator(own) => own.motor.map(|motor| motor.speed.most()),
+        _ => None,
+    });
+    let fastest = speeds.reduce(f64::max)?;
+    let moved = fastest * period.domain.1 / 2.0;
+    let told = |x: f64| shown(x, dimension);
+    (moved < HARDLY * (high - low)).then(|| {
+        Diagnostic::new(Code::UNUSUAL, period.span, format!("`{kind}` is too slow for these periods"))
+            .label(format!(
+                "in half of the longest one it moves by {}, of a range of {}",
+                told(moved),
+                told(high - low)
+            ))
+            .also(
+                actuator.span,
+                format!(
+                    "its {} is {}",
+                    actuator.joint.kind.speed_field(),
+                    shown(fastest, dimension.over(Dimension::TIME).unwrap_or_default())
+                ),
+            )
+            .help("is one of the units right? If so, let the period be longer, or make the actuator faster")
+    })
 }
 
 /// The varied period of an actuation.

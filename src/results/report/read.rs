@@ -16,7 +16,7 @@ use crate::results::elsewhere::{Tested, tested};
 use crate::results::genuine;
 use crate::results::place::{RUNS, is_series};
 use crate::results::processes::{self, Process};
-use crate::results::robustness::kept;
+use crate::results::robustness::{kept, silent};
 use crate::results::run_files::{self, Asked, BEST, EVALS, Finished, RUN};
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::series::{self, run_folder};
@@ -131,6 +131,13 @@ impl Run {
     pub(crate) fn checks(&self) -> Option<(usize, usize)> {
         let Some(Ok(Found { design, rules: Ok(rules) })) = &self.design else { return None };
         self.is_complete().then(|| kept(&rules.0, design))
+    }
+
+    /// The cross-checks of a complete run that said nothing.
+    pub(crate) fn silent_checks(&self) -> Vec<String> {
+        let Some(Ok(Found { design, rules: Ok(rules) })) = &self.design else { return Vec::new() };
+        let names = silent(&rules.0, design).map(str::to_owned).collect();
+        if self.is_complete() { names } else { Vec::new() }
     }
 }
 

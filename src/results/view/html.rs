@@ -89,8 +89,11 @@ fn section<T>(heading: &str, list: &str, items: &[T], item: impl Fn(&T) -> Strin
 
 /// A cross-check as an item whose state is told by a sign, a word and a colour.
 fn check(check: &Check) -> String {
-    let (class, sign, word) =
-        if check.ok { ("agrees", "✓", "agrees") } else { ("differs", "✗", "does not agree") };
+    let (class, sign, word) = match check.agrees {
+        Some(true) => ("agrees", "✓", "agrees"),
+        Some(false) => ("differs", "✗", "does not agree"),
+        None => ("silent", "–", "says nothing"),
+    };
     format!(
         "<li class=\"{class}\"><span class=\"sign\" role=\"img\" aria-label=\"{word}\">{sign}</span>\
          <b>{}</b><span class=\"text\">{}</span></li>",
@@ -148,7 +151,7 @@ mod tests {
         let choices = vec![(text(), text())];
         scene.making.steps = vec![Made { rule: text(), about: text(), choices, done: text() }];
         scene.making.pieces[0].names = vec![(0, text())];
-        scene.checks = vec![Check { name: text(), text: text(), ok: false }];
+        scene.checks = vec![Check { name: text(), text: text(), agrees: Some(false) }];
         for element in &mut scene.elements {
             (element.look.label, element.look.colour) = (text(), text());
         }

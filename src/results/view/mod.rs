@@ -163,8 +163,8 @@ pub struct Check {
     pub name: String,
     /// What came out.
     pub text: String,
-    /// Whether it agrees.
-    pub ok: bool,
+    /// Whether it agrees; none where it says nothing, for or against.
+    pub agrees: Option<bool>,
 }
 
 /// The whole page as HTML text.

@@ -396,7 +396,7 @@ impl Tuner<'_> {
             let shown = |value: f64| format!("{value:.4} {unit}").trim_end().to_owned();
             let half = match &half.value {
                 Ok(value) => shown(Nominal { value: *value, each: &half.each }.own()),
-                Err(Missing::Elsewhere(world)) => format!("no value, because of the world `{world}`,"),
+                Err(Missing::Elsewhere(world, _)) => format!("no value, because of the world `{world}`,"),
                 Err(_) => "no value".to_owned(),
             };
             let was = shown(found.own());

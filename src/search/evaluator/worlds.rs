@@ -166,7 +166,7 @@ impl Evaluator<'_> {
         for (place, motion) in open.into_iter().zip(motions) {
             let scenario = &scenarios[place];
             let value = match motion {
-                Err(_) => Err(Missing::Elsewhere(scenario.name.clone())),
+                Err(why) => Err(Missing::Elsewhere(scenario.name.clone(), why)),
                 Ok(motion) => {
                     let recording = Recording::nominal(&self.drive, parameters, &motion);
                     let here = Recording { scenario: Some(scenario), ..recording };
@@ -219,7 +219,7 @@ impl Evaluator<'_> {
                 Ok(motion) if place == 0 => nominal = Some(motion),
                 Ok(motion) => elsewhere.push((scenario.clone(), motion)),
                 Err(why) if place == 0 => return without(Missing::Motion(why)),
-                Err(_) => return without(Missing::Elsewhere(scenario.name.clone())),
+                Err(why) => return without(Missing::Elsewhere(scenario.name.clone(), why)),
             }
         }
         let Some(nominal) = &nominal else { return without(Missing::Motion(Invalid::NotFinite)) };

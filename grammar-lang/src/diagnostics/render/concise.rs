@@ -17,7 +17,7 @@ pub fn render(diagnostic: &Diagnostic, sources: &SourceMap) -> String {
     let help = help.map_or(String::new(), |h| format!("; help: {h}"));
     // A note that names or counts something says more than the message.
     let note = diagnostic.labels.first().map_or("", |l| l.text.as_str());
-    let tells = note.contains(|c: char| c.is_ascii_digit() || c == '`');
+    let tells = note.contains(|c: char| c.is_ascii_digit() || c == '`') && !diagnostic.message.contains(note);
     let note = if tells { format!(": {note}") } else { String::new() };
     format!("{name}:{line}:{column}: {severity}[{}] {}{note}{help}\n", diagnostic.code.id, diagnostic.message)
 }

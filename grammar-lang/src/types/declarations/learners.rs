@@ -223,11 +223,12 @@ impl Of {
         hardly.then(|| {
             let duration = shown(duration, Dimension::TIME);
             misfit(
-                place,
+                policy.span,
                 format!("`{name}` hardly decides in a motion of {duration}, and `{learner}` learns from what lies between two decisions"),
                 "too few decisions",
                 "make `every` of the policy shorter, such as `every = 0.2 s`, or the motion longer",
             )
+            .also(place, "learns here")
         })
     }
 }

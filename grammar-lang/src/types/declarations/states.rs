@@ -39,11 +39,15 @@ impl Declarations<'_> {
     /// The type of a state, and where it begins: it knows the first locals, and nothing that is measured.
     pub(super) fn begun(&mut self, state: &State, cx: &Context, known: usize) -> (Ty, Expr) {
         let mut ty = self.expressions.type_named(&state.ty);
-        if !matches!(ty, Ty::Quantity(_) | Ty::Count | Ty::Bool | Ty::Unknown) {
+        if !matches!(ty, Ty::Quantity(_) | Ty::Count | Ty::Bool | Ty::Enum(_) | Ty::Unknown) {
             self.report(
-                Diagnostic::new(Code::WRONG_TYPE, state.ty.span, "a state is a quantity, a Count or a Bool")
-                    .label("not one of these")
-                    .help("declare one for each number that is to be remembered"),
+                Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    state.ty.span,
+                    "a state is a quantity, a Count, a Bool or a value of an enumeration",
+                )
+                .label("not one of these")
+                .help("declare one for each number that is to be remembered"),
             );
             ty = Ty::Unknown;
         }

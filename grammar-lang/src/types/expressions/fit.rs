@@ -207,6 +207,9 @@ fn meant(expr: &Expr, wanted: &Ty) -> Option<String> {
             Some(format!("write `{}`", bare_number(expr) == Some(1.0)))
         }
         (Ty::Port, Ty::Part) => Some("`.part` is the part that a port belongs to".to_owned()),
+        (Ty::Kind, Ty::Part) => {
+            Some("`is` asks of what kind a part is: compare kinds by `==`, as in `what == cube`".to_owned())
+        }
         (_, Ty::Part) => Some("name a part, such as one that the rule matches".to_owned()),
         (_, Ty::Step) => Some("match a step: `match s : step where s adds part`".to_owned()),
         (_, Ty::Group) => Some("name `part`, `block`, `actuator` or a kind, as in `s adds part`".to_owned()),

@@ -1,5 +1,7 @@
 //! What was run, and what came of each run.
 
+use std::collections::BTreeSet;
+
 use grammar_lang::ir::{Objective, RuleSet, Schedule, SearchMethod};
 use grammar_lang::source::SourceMap;
 
@@ -252,10 +254,23 @@ fn said(group: &Group) -> Vec<String> {
         group.runs.iter().filter_map(Run::checks).filter(|(_, all)| *all > 0).collect();
     let held = checked.iter().filter(|(kept, all)| kept == all).count();
     if !checked.is_empty() {
-        said.push(format!(
-            "{held} of {} best designs kept their value in all cross-checks (finer simulation, ice, the second solver, and one quantity changed by a tenth).",
-            checked.len()
-        ));
+        let silent: Vec<Vec<String>> =
+            group.runs.iter().map(Run::silent_checks).filter(|names| !names.is_empty()).collect();
+        if silent.is_empty() {
+            said.push(format!(
+                "{held} of {} best designs kept their value in all cross-checks (finer simulation, ice, other solvers, and one quantity changed by a tenth).",
+                checked.len()
+            ));
+        } else {
+            let names: BTreeSet<&String> = silent.iter().flatten().collect();
+            let names: Vec<&str> = names.into_iter().map(String::as_str).collect();
+            said.push(format!(
+                "{held} of {} best designs kept their value in all cross-checks that say something of them. For {} of them these say nothing: {}.",
+                checked.len(),
+                silent.len(),
+                names.join(", ")
+            ));
+        }
     }
     said
 }
