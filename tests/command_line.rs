@@ -259,7 +259,11 @@ fn a_design_is_exported_and_a_motion_of_it_is_scored() {
         (vec!["eval", &out, "--task", "dig"], 2, "--motion"),
         (vec!["view", &out, "--in", &set, "--world", "icy"], 2, "did you mean `ice`?"),
         (vec!["view", &out, "--in", &set], 2, "--world"),
-        (vec!["export", &out, "--to", "drive", "--in", &set, "--world", "ice"], 2, "`--to motion` and `--to signals` alone"),
+        (
+            vec!["export", &out, "--to", "drive", "--in", &set, "--world", "ice"],
+            2,
+            "`--to motion` and `--to signals` alone",
+        ),
     ] {
         let output = sgc(&arguments);
         assert_eq!(code(&output), wanted, "{arguments:?}: {}", errors(&output));

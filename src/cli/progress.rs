@@ -92,7 +92,7 @@ impl Progress {
         let rate = spent.saturating_sub(self.before) as f64 / (now - self.started).as_secs_f64().max(1e-3);
         let body = body.map_or(String::new(), |b| format!(", this body {b:.1}"));
         let message = format!(
-            "evaluations at {rate:.0}/s, body {} at T {:.1}: best {}{body}{}",
+            "evaluations at {rate:.0}/s, move {} at T {:.1}: best {}{body}{}",
             self.moves + 1,
             self.temperature,
             self.best(),

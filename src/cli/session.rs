@@ -160,19 +160,19 @@ fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) 
     let some = all.saturating_sub(before);
     let now = if some < all { format!(" ({some} now)") } else { String::new() };
     output::note(&format!(
-        "{all} evaluations{now}, bodies: {}, in {}: {}",
+        "{}{now}, bodies: {}, in {}: {}",
+        output::counted(all as usize, "evaluation"),
         outcome.bodies,
         span(took),
         outcome.end.text()
     ));
     let tally = &outcome.tally;
     if tally.invalid() > 0 {
-        output::note(&format!("{} evaluations had no value: {}", tally.invalid(), tally.reasons()));
+        let many = output::counted(tally.invalid() as usize, "evaluation");
+        output::note(&format!("{many} had no value: {}", tally.reasons()));
     }
     if !tally.elsewhere.is_empty() {
-        let worlds: Vec<String> =
-            tally.elsewhere.iter().map(|(world, many)| format!("{many} in `{world}`")).collect();
-        output::note(&format!("worlds without a value: {}", worlds.join(", ")));
+        output::note(&format!("worlds without a value: {}", tally.worlds()));
     }
     if let Some((many, reason)) = &tally.unfit {
         output::note(&format!("warning: {many} bodies could not be simulated; the first: {reason}"));

@@ -303,10 +303,11 @@ impl Running<'_> {
         let feedback = self.feedback;
         let drive = &feedback.drive;
         let sensors = feedback.sensors.iter().zip(&self.readings);
-        let sensors = sensors
-            .filter_map(|(fitted, readings)| Some((fitted.name, fitted.of, self.reading(fitted, readings)?)));
+        let sensors = sensors.filter_map(|(fitted, readings)| {
+            Some(((fitted.name, fitted.of), self.reading(fitted, readings)?))
+        });
         let remembered = feedback.states.iter().zip(&self.remembered);
-        let remembered = remembered.map(|(state, value)| (state.name, state.of, value.clone()));
+        let remembered = remembered.map(|(state, value)| ((state.name, state.of), value.clone()));
         let felt = sensors.chain(remembered).collect();
         let mut scope = drive.scope();
         scope.time = self.moment as f64 * feedback.interval();

@@ -1,10 +1,15 @@
 //! What the expressions of an actuation can read.
 
+use std::collections::BTreeMap;
+
 use grammar_lang::eval::{Reference, Scope, Value};
 use grammar_lang::ir::{RuleSet, SearchWord, Word};
 
 use crate::derive::{Derivation, DesignScope};
 use crate::design::PartId;
+
+/// What sensors give and what is remembered, by its name and the part that has it.
+pub(super) type Felt<'a> = BTreeMap<(&'a str, Option<PartId>), Value>;
 
 /// The design, the time, what sensors give, and where a mutation stands in the annealing.
 pub(super) struct DriveScope<'a> {
@@ -14,8 +19,7 @@ pub(super) struct DriveScope<'a> {
     pub(super) iteration: f64,
     /// Time between two control moments, s.
     control_interval: f64,
-    /// What sensors give, by the sensor and the part that has it.
-    pub(super) felt: Vec<(&'a str, Option<PartId>, Value)>,
+    pub(super) felt: Felt<'a>,
 }
 
 impl<'a> DriveScope<'a> {
@@ -26,7 +30,7 @@ impl<'a> DriveScope<'a> {
             temperature: 0.0,
             iteration: 0.0,
             control_interval,
-            felt: Vec::new(),
+            felt: Felt::new(),
         }
     }
 }
@@ -52,7 +56,6 @@ impl Scope for DriveScope<'_> {
             Some(Value::Reference(Reference::Part(part))) => Some(*part),
             Some(_) => return None,
         };
-        let found = self.felt.iter().find(|(name, of, _)| *name == sensor && *of == part);
-        found.map(|(_, _, reading)| reading.clone())
+        self.felt.get(&(sensor, part)).cloned()
     }
 }

@@ -157,7 +157,7 @@ impl Evals {
             row.evaluations,
             row.tally.invalid(),
             row.tally.unstable,
-            quoted(&row.tally.reasons()),
+            quoted(&row.tally.reasons_in_worlds()),
             number(row.nominal),
             row.chain,
             row.parent.map_or(String::new(), |parent| parent.to_string()),

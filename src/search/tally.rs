@@ -134,15 +134,26 @@ impl Tally {
     /// Why evaluations had no value: `3 too fast, 1 not finite`; empty if all had one.
     #[must_use]
     pub fn reasons(&self) -> String {
-        // Of several worlds the one that fails most often.
-        let most = self.elsewhere.iter().rev().max_by_key(|(_, n)| **n);
-        let more = |reason: &str| match most {
-            Some((world, _)) if reason == ELSEWHERE => format!(" ({world})"),
-            _ => String::new(),
-        };
-        let reasons: Vec<_> =
-            self.by_reason().map(|(reason, n)| format!("{n} {reason}{}", more(reason))).collect();
+        let reasons: Vec<_> = self.by_reason().map(|(reason, n)| format!("{n} {reason}")).collect();
         reasons.join(", ")
+    }
+
+    /// The same with the other worlds, and why they had none.
+    #[must_use]
+    pub fn reasons_in_worlds(&self) -> String {
+        let worlds = self.worlds();
+        let in_worlds = if worlds.is_empty() { String::new() } else { format!(" ({worlds})") };
+        let of = |reason: &str| if reason == ELSEWHERE { in_worlds.as_str() } else { "" };
+        let reasons: Vec<_> =
+            self.by_reason().map(|(reason, n)| format!("{n} {reason}{}", of(reason))).collect();
+        reasons.join(", ")
+    }
+
+    /// The other worlds without a value, and why: `` 1 in `wet`: too fast ``.
+    #[must_use]
+    pub fn worlds(&self) -> String {
+        let worlds: Vec<_> = self.elsewhere.iter().map(|(world, n)| format!("{n} in {world}")).collect();
+        worlds.join(", ")
     }
 }
 

@@ -88,28 +88,30 @@ impl Sharing {
         for read in self.fed_by.values_mut() {
             read.retain(|d| self.reads.contains_key(d) || program.item(*d).is_some_and(is_source));
         }
-        for fed in self.fed_by.keys() {
+        let mut readers: BTreeMap<Declaration, Vec<Declaration>> = BTreeMap::new();
+        for (reader, read) in self.reads.iter().chain(&self.fed_by) {
+            read.iter().for_each(|read| readers.entry(*read).or_default().push(*reader));
+        }
+        let is_variable = |item: &Item| matches!(item.kind, ItemKind::Shared(_));
+        let variables = readers.keys().filter(|d| program.item(**d).is_some_and(is_variable));
+        for variable in variables {
             let mut all: BTreeSet<Declaration> = BTreeSet::new();
-            let mut next = vec![*fed];
-            while let Some(declaration) = next.pop() {
-                if all.insert(declaration) {
-                    next.extend(self.reads.get(&declaration).into_iter().flatten());
-                    next.extend(self.fed_by.get(&declaration).into_iter().flatten());
+            let mut next = vec![*variable];
+            while let Some(read) = next.pop() {
+                if all.insert(read) {
+                    next.extend(readers.get(&read).into_iter().flatten());
                 }
             }
-            let is_variable = |d: &Declaration| {
-                program.item(*d).is_some_and(|item| matches!(item.kind, ItemKind::Shared(_)))
-            };
-            all.retain(is_variable);
-            self.variables.insert(*fed, all);
+            for fed in all.into_iter().filter(|reader| self.fed_by.contains_key(reader)) {
+                self.variables.entry(fed).or_default().insert(*variable);
+            }
         }
     }
 
     /// Whether a value or function outside of actuations reads what only actuations know, or a state or policy a shared variable.
     #[must_use]
     pub fn reads(&self, declaration: Declaration) -> bool {
-        self.reads.contains_key(&declaration)
-            || self.variables.get(&declaration).is_some_and(|variables| !variables.is_empty())
+        self.reads.contains_key(&declaration) || self.variables.contains_key(&declaration)
     }
 
     /// What a state reads itself of what only actuations know.
