@@ -126,6 +126,23 @@ impl Loader for Files {
     }
 }
 
+impl Folder {
+    /// The path of a file that a text imports. A file has one name, though links lead to it in several ways: what imports itself through
+    /// a link to its own folder would never end.
+    fn real(&self, from: &str, module: &str) -> PathBuf {
+        let path = beside(from, module);
+        let own = Path::new(from).parent().unwrap_or(Path::new(""));
+        let real = |path: &Path| std::fs::canonicalize(self.path.join(path).join(".").as_path());
+        let (Ok(folder), Ok(whole)) = (real(own), std::fs::canonicalize(self.path.join(&path))) else {
+            return path;
+        };
+        if whole == tidy(&folder.join(module)) {
+            return path;
+        }
+        whole.strip_prefix(&folder).map_or(whole.clone(), |below| own.join(below))
+    }
+}
+
 impl Loader for Folder {
     fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         if let Some(source) = from_library(module) {
@@ -137,7 +154,7 @@ impl Loader for Folder {
         if from.starts_with("std.") {
             return Err(NoModule::FromLibrary);
         }
-        let path = beside(from, module);
+        let path = self.real(from, module);
         let bytes = reading::imported(&self.path.join(&path))?;
         let text = String::from_utf8_lossy(&bytes).into_owned();
         Ok(Source { name: path.to_string_lossy().into_owned(), text })

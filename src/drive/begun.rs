@@ -1,10 +1,11 @@
 //! What is found in a grammar once its initial design and its examples are driven.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use grammar_lang::Compiled;
 use grammar_lang::diagnostics::{Code, Diagnostic};
-use grammar_lang::eval::EvalError;
+use grammar_lang::eval::{EvalError, TRIED};
 use grammar_lang::ir::{RuleSet, Symmetry};
 use grammar_lang::source::{FileId, SourceMap, Span};
 
@@ -38,11 +39,14 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
         Some((Some((name.as_str(), example.span)), run_example(rules, name, example).ok()?))
     });
     let mut found: Vec<Diagnostic> = Vec::new();
+    let left = Arc::new(AtomicU64::new(TRIED));
+    // What is cut short says nothing.
+    let is_spent = || left.load(Ordering::Relaxed) == 0;
     for (example, derivation) in std::iter::once(begun).chain(examples) {
         let candidate = Candidate::new(rules, Arc::new(derivation));
         for task in rules.tasks.values() {
             let drive = match Drive::new(&candidate, task) {
-                Ok(drive) => drive,
+                Ok(drive) => drive.tried_with(&left),
                 Err(error) => {
                     found.push(
                         no_value(error, example)
@@ -74,6 +78,9 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
                 None if !matches!(rules.symmetry, Symmetry::Mirror(_)) => None,
                 None => drive.uneven_swing().ok().flatten().map(|(kind, a)| uneven::told(&kind, a, example)),
             };
+            if is_spent() {
+                return found;
+            }
             found.extend(one.filter(|one| found.iter().all(|known| known.span() != one.span())));
         }
     }
@@ -117,6 +124,6 @@ impl Drive<'_> {
                 self.bends(driven, parameters, times)?;
             }
         }
-        self.control_law(parameters)?.fails_at_rest(MOMENTS).map_or(Ok(()), Err)
+        self.control_law(parameters)?.fails_at_first(MOMENTS).map_or(Ok(()), Err)
     }
 }

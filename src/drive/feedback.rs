@@ -3,6 +3,8 @@
 //! At each control moment all sensors are read first, then each actuator's values and what it is asked for are found from the readings
 //! and from the states, its own and those of the robot; then all states move on. The readings of a moment are kept: a late sensor gives an earlier one.
 
+use std::sync::atomic::AtomicU64;
+
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate, evaluate_number};
 use grammar_lang::ir::{Attribute, ElementAttribute, Group, MotionWord, Sensor, Track, Ty, Word, felt_by};
 
@@ -49,9 +51,11 @@ impl<'r> ControlLaw<'r> {
         Case { controller, ..Case::new(&self.targets, world) }
     }
 
-    /// Why what reacts has no value while the body is at rest, in so many control moments, if it has none.
-    pub(super) fn fails_at_rest(&self, moments: usize) -> Option<EvalError> {
+    /// Why what reacts has no value in the first control moments, if it has none: in so many where only states are read. What sensors
+    /// read is known in the first one alone, in which the body is at rest.
+    pub(super) fn fails_at_first(&self, moments: usize) -> Option<EvalError> {
         let feedback = self.feedback.as_ref()?;
+        let moments = if feedback.sensors.is_empty() { moments } else { 1 };
         let rest = Snapshot::at_rest(&feedback.drive.candidate.body.assembly);
         let rest = rest.measured();
         let mut running = feedback.run();
@@ -402,6 +406,10 @@ impl<'a> FeltScope<'a> {
 impl Scope for FeltScope<'_> {
     fn outer(&self) -> Option<&dyn Scope> {
         Some(&self.design)
+    }
+
+    fn left(&self) -> Option<&AtomicU64> {
+        self.drive.left.as_deref()
     }
 
     fn word(&self, word: Word) -> Option<Value> {

@@ -22,6 +22,9 @@ mod signals;
 mod traced;
 mod uneven;
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+
 use grammar_lang::eval::{EvalError, Made, MadeActuator, Reference, Value, Valves, evaluate};
 use grammar_lang::ir::{Actuation, Owner, Task, Ty, Variable};
 
@@ -94,6 +97,8 @@ pub struct Drive<'r> {
     /// The policies that decide for actuators of the body.
     policies: Vec<PolicyNetwork<'r>>,
     length: usize,
+    /// How many operations its expressions may still take, where it is only tried.
+    left: Option<Arc<AtomicU64>>,
 }
 
 impl<'r> Drive<'r> {
@@ -111,6 +116,7 @@ impl<'r> Drive<'r> {
             fields: Vec::new(),
             policies: Vec::new(),
             length: 0,
+            left: None,
         };
         for id in &candidate.body.actuators {
             drive.add(*id)?;
@@ -366,7 +372,14 @@ impl<'r> Drive<'r> {
     /// What an actuation can read before anything moves.
     fn scope(&self) -> DriveScope<'_> {
         let Candidate { rules, derivation, .. } = &self.candidate;
-        DriveScope::new(rules, derivation, self.task.model.control)
+        let mut scope = DriveScope::new(rules, derivation, self.task.model.control);
+        scope.left = self.left.as_deref();
+        scope
+    }
+
+    /// The same, tried with so many operations for all that it evaluates.
+    fn tried_with(self, left: &Arc<AtomicU64>) -> Self {
+        Self { left: Some(Arc::clone(left)), ..self }
     }
 
     /// Whether the actuation of an actuator reacts to what is measured, or remembers something.

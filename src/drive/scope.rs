@@ -1,6 +1,7 @@
 //! What the expressions of an actuation can read.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::AtomicU64;
 
 use grammar_lang::eval::{Reference, Scope, Value};
 use grammar_lang::ir::{RuleSet, SearchWord, Word};
@@ -20,6 +21,8 @@ pub(super) struct DriveScope<'a> {
     /// Time between two control moments, s.
     control_interval: f64,
     pub(super) felt: Felt<'a>,
+    /// How many operations may still be spent, if that is bounded.
+    pub(super) left: Option<&'a AtomicU64>,
 }
 
 impl<'a> DriveScope<'a> {
@@ -31,6 +34,7 @@ impl<'a> DriveScope<'a> {
             iteration: 0.0,
             control_interval,
             felt: Felt::new(),
+            left: None,
         }
     }
 }
@@ -38,6 +42,10 @@ impl<'a> DriveScope<'a> {
 impl Scope for DriveScope<'_> {
     fn outer(&self) -> Option<&dyn Scope> {
         Some(&self.design)
+    }
+
+    fn left(&self) -> Option<&AtomicU64> {
+        self.left
     }
 
     fn word(&self, word: Word) -> Option<Value> {

@@ -12,6 +12,7 @@ mod value;
 mod valves;
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 pub use aggregate::quantile;
 pub(crate) use allowance::Allowance;
@@ -63,7 +64,7 @@ const OPERATIONS: u64 = 20;
 /// [`EvalError`] where a value does not exist: an aggregate over nothing, an
 /// index beyond a list, a number that is not finite.
 pub fn evaluate(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Result<Value, EvalError> {
-    Evaluation { scope, locals, left: COMBINATIONS * OPERATIONS, sizes: Vec::new() }.value(expr)
+    within(scope, locals, |evaluation| evaluation.value(expr))
 }
 
 /// The same for what is kept and compared: a number beyond [`units::LARGEST`] is no value.
@@ -93,7 +94,23 @@ pub fn bounded(value: Value, expr: &Expr) -> Result<Value, EvalError> {
 ///
 /// [`EvalError`] where the value does not exist, or is no number.
 pub fn evaluate_number(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Result<f64, EvalError> {
-    Evaluation { scope, locals, left: COMBINATIONS * OPERATIONS, sizes: Vec::new() }.number(expr)
+    within(scope, locals, |evaluation| evaluation.number(expr))
+}
+
+/// The operations of so many combinations of values: what a check may spend on trying what drives a body.
+pub const TRIED: u64 = COMBINATIONS * OPERATIONS;
+
+/// Evaluates with as many operations as one evaluation may take, and as are left for all that the scope knows.
+fn within<T>(scope: &dyn Scope, locals: &mut Vec<Value>, act: impl FnOnce(&mut Evaluation<'_>) -> T) -> T {
+    let all = scope.left();
+    let allowed = all.map_or(u64::MAX, |all| all.load(Ordering::Relaxed)).min(COMBINATIONS * OPERATIONS);
+    let mut evaluation = Evaluation { scope, locals, left: allowed, sizes: Vec::new() };
+    let value = act(&mut evaluation);
+    let spent = allowed - evaluation.left;
+    if let Some(all) = all {
+        all.store(all.load(Ordering::Relaxed).saturating_sub(spent), Ordering::Relaxed);
+    }
+    value
 }
 
 struct Evaluation<'a> {

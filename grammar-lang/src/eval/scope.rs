@@ -1,5 +1,7 @@
 //! What a stage of a grammar knows, for the expressions that are evaluated there.
 
+use std::sync::atomic::AtomicU64;
+
 use super::{Reference, Value};
 use crate::ir::{Attribute, DesignFunction, Expr, Group, RuleSet, Track, Word};
 
@@ -13,6 +15,10 @@ pub trait Scope {
     /// The value of a word.
     fn word(&self, word: Word) -> Option<Value> {
         self.outer()?.word(word)
+    }
+    /// How many operations all that is evaluated here may still take together; without a bound if there is none.
+    fn left(&self) -> Option<&AtomicU64> {
+        None
     }
     /// The value of a term, if it has been evaluated before.
     fn remembered(&self, term: &str) -> Option<Value> {

@@ -31,7 +31,6 @@ pub(super) struct State<K: Simd> {
     footing: Vec<Footing>,
     /// One over the mass, 1/kg.
     lightness: Vec<f32>,
-    friction: Vec<f32>,
     /// Steps in a second.
     rate: f32,
 }
@@ -194,7 +193,6 @@ impl<K: Simd> State<K> {
             velocity: none,
             footing: lattice.balls.iter().map(footing).collect(),
             lightness: lattice.balls.iter().map(|ball| (1.0 / ball.mass) as f32).collect(),
-            friction: lattice.balls.iter().map(|ball| ball.friction as f32).collect(),
             rate: (1.0 / settings.step) as f32,
         })
     }
@@ -274,10 +272,6 @@ impl<K: Simd> touch::Balls for State<K> {
 
     fn lightness(&self, ball: usize) -> f32 {
         self.lightness[ball]
-    }
-
-    fn friction(&self, ball: usize) -> f32 {
-        self.friction[ball]
     }
 
     fn velocity(&self, ball: usize) -> [f32; 3] {

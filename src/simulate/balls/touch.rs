@@ -1,4 +1,7 @@
-//! Balls that touch each other: impulses with Coulomb friction by projected Gauss-Seidel.
+//! Balls that touch each other: impulses along the line of their centres by projected Gauss-Seidel.
+//!
+//! There is no friction between balls. They do not rotate, so that forces across that line would be a couple, and the body would
+//! gain angular momentum from nowhere: searches found robots that spun on ice for ever.
 
 use super::vector::{dot, sub};
 
@@ -12,9 +15,8 @@ const MEND_SPEED: f32 = 0.1;
 pub(super) struct Touch {
     /// The balls, the lower number first.
     pub(super) balls: (usize, usize),
-    /// Impulse with which the second is pushed along the normal and across, N s.
+    /// Impulse with which the second is pushed along the normal, N s.
     push: f32,
-    rub: [f32; 3],
     /// From the first to the second.
     normal: [f32; 3],
     /// The speed at which they must part, m/s.
@@ -23,7 +25,6 @@ pub(super) struct Touch {
     growth: f32,
     /// The mass that moves, kg.
     mass: f32,
-    friction: f32,
     active: bool,
 }
 
@@ -35,8 +36,6 @@ pub(super) trait Balls {
     fn radius(&self, ball: usize) -> (f32, f32);
     /// One over its mass, 1/kg.
     fn lightness(&self, ball: usize) -> f32;
-    /// Its Coulomb coefficient.
-    fn friction(&self, ball: usize) -> f32;
     /// Its velocity, after the ground has had its say, m/s.
     fn velocity(&self, ball: usize) -> [f32; 3];
     /// Changes its velocity from before the ground, m/s.
@@ -49,12 +48,10 @@ impl Touch {
         Self {
             balls: (first, second),
             push: 0.0,
-            rub: [0.0; 3],
             normal: [0.0; 3],
             wanted: 0.0,
             growth: 0.0,
             mass: 0.0,
-            friction: 0.0,
             active: false,
         }
     }
@@ -67,7 +64,7 @@ impl Touch {
         let square = dot(way, way);
         self.active = square < 1.2 * reach * reach && square > 0.0;
         if !self.active {
-            (self.push, self.rub) = (0.0, [0.0; 3]);
+            self.push = 0.0;
             return;
         }
         let distance = square.sqrt();
@@ -77,13 +74,7 @@ impl Touch {
         let mend = (-gap * MEND * rate).min(MEND_SPEED) + self.growth.max(0.0);
         self.wanted = if gap > 0.0 { -gap * rate } else { mend };
         self.mass = 1.0 / (balls.lightness(a) + balls.lightness(b));
-        self.friction = (balls.friction(a) * balls.friction(b)).sqrt();
-        let across = dot(self.rub, self.normal);
-        for axis in 0..3 {
-            self.rub[axis] -= across * self.normal[axis];
-        }
-        let impulse = std::array::from_fn(|axis| self.normal[axis] * self.push + self.rub[axis]);
-        apply(balls, self.balls, impulse);
+        apply(balls, self.balls, self.normal.map(|n| n * self.push));
     }
 
     /// Solves for this pair alone. Returns the square of the change and of the whole, (N s)^2.
@@ -92,17 +83,10 @@ impl Touch {
         let speed = sub(balls.velocity(b), balls.velocity(a));
         let along = dot(speed, self.normal);
         let push = (self.push + (self.wanted - along) * self.mass).max(0.0);
-        let rub: [f32; 3] = std::array::from_fn(|axis| {
-            self.rub[axis] - (speed[axis] - along * self.normal[axis]) * self.mass
-        });
-        let (size, hold) = (dot(rub, rub).sqrt(), self.friction * push);
-        let left = if size > hold { hold / size } else { 1.0 };
-        let rub = rub.map(|r| r * left);
-        let change: [f32; 3] =
-            std::array::from_fn(|axis| (push - self.push) * self.normal[axis] + rub[axis] - self.rub[axis]);
-        (self.push, self.rub) = (push, rub);
-        apply(balls, self.balls, change);
-        (dot(change, change), push * push + dot(rub, rub))
+        let change = push - self.push;
+        self.push = push;
+        apply(balls, self.balls, self.normal.map(|n| n * change));
+        (change * change, push * push)
     }
 }
 

@@ -42,6 +42,28 @@ fn two_balls_share_their_momentum() {
     assert!((closest(&pair, &motion, 1.0) - 1.0).abs() < 1e-4);
 }
 
+/// Balls that graze each other keep their angular momentum: friction between balls that do not rotate would be a couple.
+#[test]
+fn grazing_balls_keep_their_angular_momentum() {
+    let settings = Settings { gravity: 0.0, ..lattice_settings(1.0) };
+    let mut pair = lifted(&row(2, 5.0 * PITCH), &settings, 0.1);
+    pair.balls[0].velocity.x = 0.2;
+    pair.balls[1].centre.y += 0.7 * PITCH;
+    pair.balls[1].mass *= 3.0;
+    let motion = run(&pair, &settings, &idle());
+    let momentum = |t: f64| {
+        let of = |ball: usize| {
+            let (now, later) = (place(&motion, ball, t), place(&motion, ball, t + 0.1));
+            now.cross(&(later - now)) * (pair.balls[ball].mass / 0.1)
+        };
+        of(0) + of(1)
+    };
+    let (before, after) = (momentum(0.0), momentum(0.85));
+    let speed = (place(&motion, 1, 0.95) - place(&motion, 1, 0.85)).norm() / 0.1;
+    assert!(speed > 0.01, "they do not meet: {speed} m/s");
+    assert!((after - before).norm() < 1e-4 * before.norm(), "{before} {after}");
+}
+
 /// A block of balls falls on another: nothing goes through, and they come to rest.
 #[test]
 fn a_block_lies_on_a_block() {
