@@ -121,6 +121,9 @@ impl Session<'_> {
                  has a value that is nothing but rounding"
                     .to_owned(),
             ),
+            None if outcome.tally.unstable > 0 => Some(
+                "no feasible design was found: what had a value lost it in a finer simulation".to_owned(),
+            ),
             None => Some("no evaluation was valid: no feasible design was found".to_owned()),
             Some(_)
                 if is_stuck_at_the_start(

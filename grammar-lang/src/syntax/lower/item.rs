@@ -13,6 +13,9 @@ struct Said {
     because: Option<String>,
 }
 
+/// A name, the part that has it and its kind, where each of a kind has one, and a type.
+type Fitted = (Name, Option<(Name, Name)>, Name);
+
 impl<'a> Lowering<'a> {
     pub(in super::super) fn item(&mut self, node: Node<'a>) -> Option<Item> {
         let span = self.span(&node);
@@ -131,11 +134,8 @@ impl<'a> Lowering<'a> {
         Some(BodyState { of, state: State { name, ty, from, next } })
     }
 
-    /// A name, the part that has it, where each of a kind has one, and a type.
-    fn fitted(
-        &mut self,
-        inner: &mut impl Iterator<Item = Node<'a>>,
-    ) -> Option<(Name, Option<(Name, Name)>, Name)> {
+    /// What a sensor or a state begins with.
+    fn fitted(&mut self, inner: &mut impl Iterator<Item = Node<'a>>) -> Option<Fitted> {
         let name = self.name(&inner.next()?);
         let mut next = inner.next()?;
         let mut of = None;
