@@ -121,25 +121,12 @@ impl Loader for Files {
         Folder::default().load(module, from)
     }
 
+    fn leads_to_one(&self, one: &str, other: &str) -> bool {
+        Folder::default().leads_to_one(one, other)
+    }
+
     fn library(&self) -> Vec<String> {
         library_names()
-    }
-}
-
-impl Folder {
-    /// The path of a file that a text imports. A file has one name, though links lead to it in several ways: what imports itself through
-    /// a link to its own folder would never end.
-    fn real(&self, from: &str, module: &str) -> PathBuf {
-        let path = beside(from, module);
-        let own = Path::new(from).parent().unwrap_or(Path::new(""));
-        let real = |path: &Path| std::fs::canonicalize(self.path.join(path).join(".").as_path());
-        let (Ok(folder), Ok(whole)) = (real(own), std::fs::canonicalize(self.path.join(&path))) else {
-            return path;
-        };
-        if whole == tidy(&folder.join(module)) {
-            return path;
-        }
-        whole.strip_prefix(&folder).map_or(whole.clone(), |below| own.join(below))
     }
 }
 
@@ -154,10 +141,15 @@ impl Loader for Folder {
         if from.starts_with("std.") {
             return Err(NoModule::FromLibrary);
         }
-        let path = self.real(from, module);
+        let path = beside(from, module);
         let bytes = reading::imported(&self.path.join(&path))?;
         let text = String::from_utf8_lossy(&bytes).into_owned();
         Ok(Source { name: path.to_string_lossy().into_owned(), text })
+    }
+
+    fn leads_to_one(&self, one: &str, other: &str) -> bool {
+        let real = |name: &str| std::fs::canonicalize(self.path.join(name));
+        one == other || matches!((real(one), real(other)), (Ok(one), Ok(other)) if one == other)
     }
 
     fn library(&self) -> Vec<String> {
@@ -166,6 +158,10 @@ impl Loader for Folder {
 }
 
 impl Loader for Edited {
+    fn leads_to_one(&self, one: &str, other: &str) -> bool {
+        Files.leads_to_one(one, other)
+    }
+
     fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         let source = Files.load(module, from)?;
         match self.get(&source.name) {

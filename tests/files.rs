@@ -343,3 +343,33 @@ fn names_need_not_be_unicode() {
     assert_eq!(code(&run), 0, "{}", errors(&run));
     assert!(out.join("result.json").exists());
 }
+
+/// A file that imports itself through links to its own folder has ever new names; a file behind a link is read, and kept by its name.
+#[cfg(unix)]
+#[test]
+fn imports_through_links_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for link in ["one", "two"] {
+        std::os::unix::fs::symlink(".", at(link)).unwrap();
+    }
+    let ring = at("ring.sgr");
+    std::fs::write(&ring, "use \"./one/ring.sgr\" { x }\nuse \"./two/ring.sgr\" { x }\n").unwrap();
+    let output = sgc(&["check", &ring.to_string_lossy()]);
+    assert_eq!(code(&output), 1, "{}", errors(&output));
+    assert!(printed(&output).contains("imports go round in a circle"), "{}", printed(&output));
+    std::fs::create_dir(at("shared")).unwrap();
+    std::os::unix::fs::symlink("shared", at("lib")).unwrap();
+    std::fs::write(at("shared/numbers.sgr"), "let swing_of_all = 20 deg\n").unwrap();
+    let quick = std::fs::read_to_string(quick_grammar(folder.path())).unwrap();
+    let grammar = at("linked.sgr");
+    std::fs::write(
+        &grammar,
+        quick + "\nuse \"./lib/numbers.sgr\" { swing_of_all }\npattern tried = swing_of_all\n",
+    )
+    .unwrap();
+    let run = at("run").to_string_lossy().into_owned();
+    let output = sgc(&["run", &grammar.to_string_lossy(), "--max-evals", "20", "--quiet", "--out", &run]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert_eq!(code(&sgc(&["eval", &run])), 0);
+}

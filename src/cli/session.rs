@@ -175,7 +175,7 @@ fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) 
         output::note(&format!("{many} had no value: {}", tally.reasons()));
     }
     if !tally.elsewhere.is_empty() {
-        output::note(&format!("worlds without a value: {}", tally.worlds()));
+        output::note(&format!("worlds without a value: {}", tally.worlds().join(", ")));
     }
     if let Some((many, reason)) = &tally.unfit {
         output::note(&format!("warning: {many} bodies could not be simulated; the first: {reason}"));

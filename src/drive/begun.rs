@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use grammar_lang::Compiled;
 use grammar_lang::diagnostics::{Code, Diagnostic};
-use grammar_lang::eval::{EvalError, TRIED};
+use grammar_lang::eval::{EvalError, MOST_OPERATIONS};
 use grammar_lang::ir::{RuleSet, Symmetry};
 use grammar_lang::source::{FileId, SourceMap, Span};
 
@@ -17,6 +17,8 @@ use crate::derive::{Candidate, Derivation, check_begun, run_example};
 /// Draws of what the actuations vary, and moments of a motion, at which a drive must have a value somewhere.
 const DRAWS: u64 = 4;
 const MOMENTS: usize = 32;
+/// How many operations all of this may take: more than all draws of one expression that takes too long by itself, which is told.
+const TRIED: u64 = (DRAWS + 1) * MOST_OPERATIONS;
 
 /// The example that a finding is about; none for the initial design.
 type Where<'a> = Option<(&'a str, Span)>;

@@ -141,7 +141,7 @@ impl Tally {
     /// The same with the other worlds, and why they had none.
     #[must_use]
     pub fn reasons_in_worlds(&self) -> String {
-        let worlds = self.worlds();
+        let worlds = self.worlds().join("; ");
         let in_worlds = if worlds.is_empty() { String::new() } else { format!(" ({worlds})") };
         let of = |reason: &str| if reason == ELSEWHERE { in_worlds.as_str() } else { "" };
         let reasons: Vec<_> =
@@ -151,9 +151,8 @@ impl Tally {
 
     /// The other worlds without a value, and why: `` 1 in `wet`: too fast ``.
     #[must_use]
-    pub fn worlds(&self) -> String {
-        let worlds: Vec<_> = self.elsewhere.iter().map(|(world, n)| format!("{n} in {world}")).collect();
-        worlds.join(", ")
+    pub fn worlds(&self) -> Vec<String> {
+        self.elsewhere.iter().map(|(world, n)| format!("{n} in {world}")).collect()
     }
 }
 

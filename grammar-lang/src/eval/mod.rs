@@ -97,8 +97,8 @@ pub fn evaluate_number(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) 
     within(scope, locals, |evaluation| evaluation.number(expr))
 }
 
-/// The operations of so many combinations of values: what a check may spend on trying what drives a body.
-pub const TRIED: u64 = COMBINATIONS * OPERATIONS;
+/// How many operations one evaluation may take.
+pub const MOST_OPERATIONS: u64 = COMBINATIONS * OPERATIONS;
 
 /// Evaluates with as many operations as one evaluation may take, and as are left for all that the scope knows.
 fn within<T>(scope: &dyn Scope, locals: &mut Vec<Value>, act: impl FnOnce(&mut Evaluation<'_>) -> T) -> T {

@@ -70,8 +70,13 @@ impl Writer<'_> {
         });
         names.extend(declared.variables.iter().map(|variable| variable.name.clone()));
         let from = self.expr(&declared.state.from, &names);
-        names.extend(declared.lets.iter().chain(&declared.moving).map(|(name, _)| name.clone()));
+        let mut values = Vec::new();
+        for (name, value) in declared.lets.iter().chain(&declared.moving) {
+            values.push(format!("let {name} = {}", self.expr(value, &names)));
+            names.push(name.clone());
+        }
         let next = self.expr(&declared.state.next, &names);
         self.line(0, format!("state {name}{of} : {} from {from} next {next}", declared.state.ty));
+        values.into_iter().for_each(|value| self.line(1, value));
     }
 }

@@ -74,21 +74,29 @@ fn too_steep(set: &Scenarios, task: &Task, part: f64) -> Option<(f64, f64)> {
     cases.chain([drawn]).find(|(slope, grip)| libm::tan(*slope) > *grip)
 }
 
-/// The greatest friction that a part can have. A lattice has balls with friction of their own.
+/// The greatest friction that a part can have; none where not all that can be is known. A lattice has balls with friction of their own.
 fn greatest_friction(known: &Known<'_>) -> Option<f64> {
     let rules: &RuleSet = known.ruleset;
     let blocks = rules.parts.iter().map(|(name, part)| (name, Kind::Block(part)));
     let actuators = rules.actuators.iter().map(|(name, actuator)| (name, Kind::Actuator(actuator)));
-    let possible = blocks
-        .chain(actuators)
-        .filter(|(name, _)| known.possible.contains(&Group::Kind((*name).clone())))
-        .flat_map(|(_, kind)| made(known, kind))
-        .filter_map(|(_, made)| made.ok())
-        .map(|made| match made {
-            Made::Block(block) => block.friction,
-            Made::Actuator(actuator) => actuator.friction,
-        });
-    if rules.lattice.is_some() { None } else { possible.reduce(f64::max) }
+    if rules.lattice.is_some() {
+        return None;
+    }
+    let mut greatest = None;
+    for (_, kind) in
+        blocks.chain(actuators).filter(|(name, _)| known.possible.contains(&Group::Kind((*name).clone())))
+    {
+        let frictions: Option<Vec<f64>> = made(known, kind)
+            .map(|(_, made)| match made.ok()? {
+                Made::Block(block) => Some(block.friction),
+                Made::Actuator(actuator) => Some(actuator.friction),
+            })
+            .collect();
+        // Of too many parameters not all are tried.
+        let most = frictions?.into_iter().reduce(f64::max)?;
+        greatest = Some(greatest.map_or(most, |known: f64| known.max(most)));
+    }
+    greatest
 }
 
 /// Whether parts of a kind never have friction.

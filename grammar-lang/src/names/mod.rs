@@ -330,13 +330,15 @@ impl Loading<'_> {
             }
         };
         let known = self.program.modules.iter().position(|m| m.name == source.name);
-        if let Some(known) = known
-            && let Some(place) = self.open.iter().position(|m| *m == known)
-        {
+        let is_open = |module: usize| {
+            let open = self.program.modules.get(module).map_or("", |open| open.name.as_str());
+            Some(module) == known || known.is_none() && self.loader.leads_to_one(open, &source.name)
+        };
+        if let Some(place) = self.open.iter().position(|module| is_open(*module)) {
             let ring: Vec<&str> = self.open[place..]
                 .iter()
-                .chain([&known])
                 .filter_map(|m| self.program.modules.get(*m).map(|m| m.name.as_str()))
+                .chain([source.name.as_str()])
                 .collect();
             self.errors.push(
                 Diagnostic::new(

@@ -203,6 +203,12 @@ pub trait Loader {
     /// Why there is no such text.
     fn load(&self, module: &str, from: &str) -> Result<Source, NoModule>;
 
+    /// Whether two names of sources lead to one text: through a link, a file can have several. What imports itself under ever new
+    /// names would never end.
+    fn leads_to_one(&self, one: &str, other: &str) -> bool {
+        one == other
+    }
+
     /// The modules of the standard library, for suggestions.
     fn library(&self) -> Vec<String> {
         Vec::new()

@@ -239,12 +239,15 @@ fn blocked(text: &str) -> Vec<(String, String)> {
     all
 }
 
-/// Reads `3 too fast, 1 not finite`.
+/// Reads `3 too fast, 1 not finite`. What stands in brackets after a reason, of which worlds it is true, is left out.
 fn reasons(text: &str) -> Option<Vec<(String, u64)>> {
     let pieces = text.split(", ").filter(|piece| !piece.is_empty());
     pieces
         .map(|piece| {
             let (n, why) = piece.split_once(' ')?;
+            let worlds =
+                why.split_once(" (").filter(|(_, more)| more.starts_with(|c: char| c.is_ascii_digit()));
+            let why = worlds.map_or(why, |(why, _)| why);
             Some((why.to_owned(), n.parse().ok()?))
         })
         .collect()
@@ -254,6 +257,8 @@ fn reasons(text: &str) -> Option<Vec<(String, u64)>> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::search::Tally;
+    use crate::simulate::Invalid;
 
     const HEAD: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid";
 
@@ -285,6 +290,21 @@ pub(crate) mod tests {
         assert_eq!(moves[1].blocked, [pair("turn", "solid"), pair("undo", "no match")]);
         assert_eq!(moves[1].missing, [("too fast".to_owned(), 2), ("not finite".to_owned(), 1)]);
         assert_eq!((moves[4].rule.as_deref(), moves[5].rule.as_deref()), (None, Some("add")));
+    }
+
+    #[test]
+    fn what_a_run_counted_is_read_again() {
+        let tally = Tally {
+            elsewhere: [("`icy`: too fast".to_owned(), 2), ("`wet`: too fast".to_owned(), 1)].into(),
+            invalid: [(Invalid::NotFinite, 1)].into(),
+            diverged: 3,
+            ..Tally::default()
+        };
+        let text = tally.reasons_in_worlds();
+        assert!(text.contains("(2 in `icy`: too fast; 1 in `wet`: too fast)"), "{text}");
+        let read = reasons(&text).unwrap();
+        let counted: Vec<(String, u64)> = tally.by_reason().map(|(why, n)| (why.to_owned(), n)).collect();
+        assert_eq!(read, counted);
     }
 
     #[test]

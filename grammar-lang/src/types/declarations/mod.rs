@@ -188,11 +188,19 @@ impl<'a> Declarations<'a> {
     }
 
     fn check_own(&mut self, declaration: Declaration, item: &Item) {
-        let used = self.expressions.touched.contains(&declaration);
+        let before = self.expressions.touched.len();
         self.check_named(item, &mut Named::default());
-        if matches!(item.kind, ItemKind::State(_)) && !used {
-            // That a state follows from what it was does not mean that something uses it.
-            self.expressions.touched.shift_remove(&declaration);
+        if matches!(item.kind, ItemKind::State(_)) {
+            // That states follow from each other does not mean that something uses them.
+            let program = self.environment.program;
+            let is_state = |d: &&Declaration| {
+                program.item(**d).is_some_and(|item| matches!(item.kind, ItemKind::State(_)))
+            };
+            let touched = &mut self.expressions.touched;
+            let states: Vec<Declaration> = touched.iter().skip(before).filter(is_state).copied().collect();
+            for state in states {
+                touched.shift_remove(&state);
+            }
         }
         match &item.kind {
             ItemKind::Shared(variable) => self.everyones_own(variable, item.damaged),

@@ -55,7 +55,7 @@ impl Expressions<'_> {
                     format!("`{name}` reads shared variables, sensors or states, which are not known here"),
                 )
                 .label("known where these are")
-                .help("`let`, `next` and `drive` of an actuation read it");
+                .help("`let`, `next` and `drive` of an actuation read it, and `next` of a state; elsewhere write a function: `let name() = ...`");
                 if let Some(place) = place {
                     error = error.also(place, "reads them");
                 }
