@@ -200,9 +200,11 @@ fn what_has_no_value_in_a_world_is_counted_by_it() {
     texts.insert("std.models".into(), text);
     let rules = compile_texts(&texts, "grammars/own.sgr").unwrap();
     let outcome = search(&rules, 2, 2, 120).0;
-    let lost = outcome.tally.elsewhere.get("steep").copied().unwrap_or(0);
+    let lost = outcome.tally.elsewhere.get("`steep`: too fast").copied().unwrap_or(0);
     assert!(lost > 10, "whatever slides down is too fast: {:?}", outcome.tally);
     assert!(outcome.tally.reasons().contains("in another world"), "{}", outcome.tally.reasons());
+    let told = outcome.tally.reasons_in_worlds();
+    assert!(told.contains(&format!("in another world ({lost} in `steep`: too fast)")), "{told}");
 }
 
 /// What no world alone can show is told of all that a best is tested in, together.
