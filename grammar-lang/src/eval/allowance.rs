@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::{COMBINATIONS, EvalError, Evaluation, OPERATIONS, Scope, Value};
+use super::{EvalError, Evaluation, MOST_OPERATIONS, Scope, Value};
 use crate::ir::Expr;
 use crate::source::Span;
 
@@ -29,7 +29,7 @@ impl Budget {
     /// That of a file.
     #[must_use]
     pub fn of_file() -> Self {
-        Self(Arc::new(AtomicU64::new(TOGETHER * TIMES * COMBINATIONS * OPERATIONS)))
+        Self(Arc::new(AtomicU64::new(TOGETHER * TIMES * MOST_OPERATIONS)))
     }
 
     fn left(&self) -> u64 {
@@ -53,7 +53,7 @@ pub(crate) struct Allowance {
 impl Allowance {
     /// That of a check of one of the grammars of a file.
     pub(crate) fn of_check(budget: &Budget) -> Self {
-        Self { budget: Some(budget.clone()), ..Self::of(TIMES * COMBINATIONS * OPERATIONS) }
+        Self { budget: Some(budget.clone()), ..Self::of(TIMES * MOST_OPERATIONS) }
     }
 
     /// So many operations: for what is only tried, and may be given up.
@@ -76,7 +76,7 @@ impl Allowance {
             return Err(error);
         }
         let before = self.left.get().min(self.budget.as_ref().map_or(u64::MAX, Budget::left));
-        let allowed = before.min(COMBINATIONS * OPERATIONS);
+        let allowed = before.min(MOST_OPERATIONS);
         let mut evaluation = Evaluation { scope, locals, left: allowed, sizes: Vec::new() };
         let value = evaluation.value(expr);
         let left = before - (allowed - evaluation.left);
@@ -86,7 +86,7 @@ impl Allowance {
         }
         match value {
             // What alone takes too long says so itself.
-            Err(error) if left == 0 && allowed < COMBINATIONS * OPERATIONS => {
+            Err(error) if left == 0 && allowed < MOST_OPERATIONS => {
                 self.spent_at.set(Some(error.span));
                 self.spent().map_or(Err(error), Err)
             }

@@ -103,7 +103,7 @@ pub const MOST_OPERATIONS: u64 = COMBINATIONS * OPERATIONS;
 /// Evaluates with as many operations as one evaluation may take, and as are left for all that the scope knows.
 fn within<T>(scope: &dyn Scope, locals: &mut Vec<Value>, act: impl FnOnce(&mut Evaluation<'_>) -> T) -> T {
     let all = scope.left();
-    let allowed = all.map_or(u64::MAX, |all| all.load(Ordering::Relaxed)).min(COMBINATIONS * OPERATIONS);
+    let allowed = all.map_or(u64::MAX, |all| all.load(Ordering::Relaxed)).min(MOST_OPERATIONS);
     let mut evaluation = Evaluation { scope, locals, left: allowed, sizes: Vec::new() };
     let value = act(&mut evaluation);
     let spent = allowed - evaluation.left;
@@ -175,7 +175,7 @@ impl Evaluation<'_> {
         };
         let reason = format!(
             "{runs}working it out takes more than {COMBINATIONS} combinations of values, or {} operations; run over fewer values",
-            COMBINATIONS * OPERATIONS
+            MOST_OPERATIONS
         );
         EvalError { span: expr.span, reason }
     }
