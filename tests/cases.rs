@@ -50,6 +50,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("attach", "attach"),
     ("for", "for"),
     ("if", "if"),
+    ("then", "then"),
     ("set", "set"),
     ("remove", "remove"),
     ("replace", "replace"),

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod architecture;
+mod at_rest;
 mod audit;
 mod browser;
 mod calibrate;
@@ -33,6 +34,7 @@ mod new;
 mod novelty;
 mod observed;
 mod parameters;
+mod phases;
 mod policies;
 mod report;
 mod resume;

@@ -129,7 +129,7 @@ fn follow(
 
 /// Whether rules only ever attach parts: then every design on the way is contained in the result.
 fn only_attaches(rules: &RuleSet) -> bool {
-    let attaches = |e: &Effect| matches!(e, Effect::Attach { .. } | Effect::Let(_));
+    let attaches = |e: &Effect| matches!(e, Effect::Attach { .. } | Effect::Let(_) | Effect::Then);
     let no_step = |m: &grammar_lang::ir::Match| !matches!(m.what, Matched::Step);
     rules.rules.iter().all(|r| Effect::single(&r.effects).all(attaches) && r.matches.iter().all(no_step))
 }
@@ -259,7 +259,7 @@ impl Search<'_> {
             let temperature = self.settings.temperature;
             // What only takes away leads nowhere from a design that is contained.
             let builds = Effect::single(&rule.effects)
-                .any(|e| !matches!(e, Effect::Revert(_) | Effect::Remove(_) | Effect::Let(_)));
+                .any(|e| !matches!(e, Effect::Revert(_) | Effect::Remove(_) | Effect::Let(_) | Effect::Then));
             let drawn =
                 warm_weight(rule) || derivation.weight(self.rules, rule, temperature).is_ok_and(|w| w > 0.0);
             if !builds || !drawn {

@@ -1,5 +1,6 @@
 //! Applies rules, takes steps back, repeats recorded steps.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
@@ -191,8 +192,8 @@ impl Derivation {
         self.design.overlapping(rules)
     }
 
-    /// Carries out effects on `next`, as step number `step`. All of them read the design before the step, and what earlier effects have
-    /// made. Gives what they made, each part with the number of its effect among those that make parts.
+    /// Carries out effects on `next`, as step number `step`. They read the design before the step, or as it is at the last `then` above
+    /// them, and what earlier effects have made. Gives what they made, each part with the number of its effect among those that make parts.
     pub(super) fn carry_out(
         &self,
         next: &mut Self,
@@ -204,10 +205,16 @@ impl Derivation {
         let mut locals = locals.to_vec();
         let mut under_way =
             UnderWay { step, room: 0, begun: false, makers: Effect::makers(effects), made: Vec::new() };
+        let mut before = Cow::Borrowed(self);
         for effect in effects {
+            if matches!(effect, Effect::Then) {
+                before = Cow::Owned(next.clone());
+                under_way.begun = false;
+                continue;
+            }
             // Each has its own.
             under_way.room = repeated::MOST;
-            self.carry_out_each(next, rules, std::slice::from_ref(effect), &mut locals, &mut under_way)?;
+            before.carry_out_each(next, rules, std::slice::from_ref(effect), &mut locals, &mut under_way)?;
         }
         Ok(under_way.made)
     }
@@ -286,6 +293,8 @@ impl Derivation {
                 None
             }
             Effect::Let(value) => return Ok(vec![evaluate(value, scope, locals)?]),
+            // It stands between the effects of a rule only.
+            Effect::Then => None,
             Effect::Repeat { over, effects, lists } => {
                 let before = under_way.made.len();
                 repeated::each(over, scope, locals, under_way, &mut |locals, under_way| {

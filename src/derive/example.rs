@@ -104,11 +104,15 @@ fn holds(rules: &RuleSet, done: &Derivation, by: Option<&str>) -> String {
     }
 }
 
-/// What stands on the two sides of a comparison, if it is one of numbers.
+/// What stands on the two sides of a comparison, if it is one of numbers or vectors.
 fn sides(condition: &Expr, scope: &DesignScope<'_>, locals: &[Value]) -> Option<String> {
     let ExprKind::Binary(a, operator, b) = &condition.kind else { return None };
     let side = |e: &Expr| match evaluate(e, scope, &mut locals.to_vec()) {
         Ok(Value::Number(x)) => e.ty.dimension().map(|d| units::shown(x, d)),
+        Ok(Value::Vector(all)) => match e.ty {
+            Ty::Vector(d) => Some(format!("vector({})", all.map(|x| units::shown(x, d)).join(", "))),
+            _ => None,
+        },
         _ => None,
     };
     Some(format!("{} {} {}", side(a)?, operator.symbol(), side(b)?))

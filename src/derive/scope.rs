@@ -67,6 +67,10 @@ impl<'a> DesignScope<'a> {
             }
             PortAttribute::Place => Value::Vector(design.place_of_port(id, port)?),
             PortAttribute::Facing => Value::Vector(design.facing_of_port(id, port)?),
+            PortAttribute::PlaceAtRest => Value::Vector(design.at_rest(self.rules).place_of_port(id, port)?),
+            PortAttribute::FacingAtRest => {
+                Value::Vector(design.at_rest(self.rules).facing_of_port(id, port)?)
+            }
         })
     }
 
@@ -115,6 +119,11 @@ impl<'a> DesignScope<'a> {
             PartAttribute::Facing => Value::Vector(design.axis(id, 0)?),
             PartAttribute::Upward => Value::Vector(design.axis(id, 1)?),
             PartAttribute::Sideways => Value::Vector(design.axis(id, 2)?),
+            PartAttribute::PlaceAtRest => Value::Vector(design.at_rest(self.rules).place(id)?),
+            PartAttribute::FacingAtRest => Value::Vector(design.at_rest(self.rules).axis(id, 0)?),
+            PartAttribute::UpwardAtRest => Value::Vector(design.at_rest(self.rules).axis(id, 1)?),
+            PartAttribute::SidewaysAtRest => Value::Vector(design.at_rest(self.rules).axis(id, 2)?),
+            PartAttribute::CentreAtRest => Value::Vector(design.at_rest(self.rules).centre(id)?),
             PartAttribute::LowestPoint => Value::Number(design.lowest_point(self.rules, id)?),
             PartAttribute::Twin => reference(Reference::Part(design.twin(id))),
             PartAttribute::LeastBend => own().or_else(|| Some(Value::Number(range(false)?.0)))?,

@@ -40,7 +40,7 @@ impl Body {
     }
 
     /// Rigid elements and joints.
-    fn of_parts(design: &Design, rules: &RuleSet) -> Self {
+    pub(super) fn of_parts(design: &Design, rules: &RuleSet) -> Self {
         let mut body =
             Self { assembly: Assembly::default(), parts_of_elements: Vec::new(), actuators: Vec::new() };
         let mut held: BTreeMap<PartId, Vec<(u8, PartId)>> = BTreeMap::new();
@@ -77,6 +77,27 @@ impl Body {
         self.parts_of_elements.iter().enumerate().filter(move |(_, p)| **p == part).map(|(i, _)| i)
     }
 
+    /// The frame of a part as a motion begins, which is that of its end with this port: joints nearer to the core, and its own, are then
+    /// where their springs rest.
+    pub(super) fn frame_at_rest(&self, id: PartId, part: &Part, port: u8) -> Option<Isometry3<f64>> {
+        let elements: Vec<usize> = self.elements_of(id).collect();
+        let pose = |element: Option<&usize>| Some(self.assembly.elements.get(*element?)?.pose);
+        match part.made.as_deref()? {
+            Made::Block(block) => Some(pose(elements.first())? * upright(block.form).inverse()),
+            Made::Actuator(actuator) => {
+                let length = 2.0 * actuator.segment.half_extents().x;
+                let count = segments(part);
+                let spans = spans(length, count, &cuts(length, count));
+                let by_tip = part.held_by.is_some() && part.holding == 1;
+                let at_base = port == 0;
+                let (start, end) = if at_base { spans.first() } else { spans.last() }?;
+                // The first element is the one at the holder.
+                let element = if at_base == by_tip { elements.last() } else { elements.first() };
+                Some(pose(element)? * Isometry3::translation(-(start + end) / 2.0, 0.0, 0.0))
+            }
+        }
+    }
+
     /// Adds the elements of a part that what holds it has moved, from the end by which it is held; gives those at its
     /// port 0 and at its others (of an actuator: base and tip).
     fn add(&mut self, rules: &RuleSet, (id, part): (PartId, &Part), moved: Moved) -> (End, End) {
@@ -99,9 +120,7 @@ impl Body {
         let length = 2.0 * actuator.segment.half_extents().x;
         let count = segments(part);
         let places = cuts(length, count);
-        let starts = || std::iter::once(0.0).chain(places.iter().copied());
-        let ends = || places.iter().copied().chain([length * count as f64]);
-        let spans: Vec<(f64, f64)> = starts().zip(ends()).collect();
+        let spans = spans(length, count, &places);
         let by_tip = part.held_by.is_some() && part.holding == 1;
         // The segment that is the i-th from the holder, counted from the base.
         let segment = |i: usize| if by_tip { count - 1 - i } else { i };
@@ -145,6 +164,12 @@ impl Body {
         let last = End { element: first + count.saturating_sub(1), moved };
         if by_tip { (last, whole) } else { (whole, last) }
     }
+}
+
+/// From where to where the segments of a row with joints at these places go, along its axis from the base, m.
+fn spans(length: f64, count: usize, places: &[f64]) -> Vec<(f64, f64)> {
+    let starts = std::iter::once(0.0).chain(places.iter().copied());
+    starts.zip(places.iter().copied().chain([length * count as f64])).collect()
 }
 
 /// A segment of another half length.

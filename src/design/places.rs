@@ -1,4 +1,5 @@
-//! Where parts and ports are in the body as it is attached, with every joint at 0, as expressions read it: in the frame of the core.
+//! Where parts and ports are, as expressions read it, in the frame of the core: in the body as it is attached, with every joint at 0, and
+//! as a motion begins.
 
 use grammar_lang::eval::Made;
 use grammar_lang::ir::RuleSet;
@@ -56,6 +57,12 @@ impl Design {
         Some(part.pose * ports(part).get(port as usize)?.frame)
     }
 
+    /// The same as a motion begins: passive joints are then where their springs rest, and driven ones where they start.
+    #[must_use]
+    pub fn at_rest(&self, rules: &RuleSet) -> AtRest<'_> {
+        AtRest { design: self, body: Body::of_parts(self, rules) }
+    }
+
     /// The height of the lowest point of a part as a motion begins, m: passive joints are then where their springs rest.
     #[must_use]
     pub fn lowest_point(&self, rules: &RuleSet, id: PartId) -> Option<f64> {
@@ -77,6 +84,56 @@ impl Design {
             corners = [corners[0].inf(&(at - reach)), corners[1].sup(&(at + reach))];
         }
         corners[0].x.is_finite().then_some(corners.map(|corner| corner.map(rounded).into()))
+    }
+}
+
+/// Where parts and ports are as a motion begins.
+pub struct AtRest<'d> {
+    design: &'d Design,
+    body: Body,
+}
+
+impl AtRest<'_> {
+    /// The origin of a part's frame, m.
+    #[must_use]
+    pub fn place(&self, id: PartId) -> Option<[f64; 3]> {
+        Some(place(&self.frame(id, 0)?))
+    }
+
+    /// The centre of mass of a part, m.
+    #[must_use]
+    pub fn centre(&self, id: PartId) -> Option<[f64; 3]> {
+        let elements = || self.body.elements_of(id).filter_map(|i| self.body.assembly.elements.get(i));
+        let mass: f64 = elements().map(|element| element.mass).sum();
+        let moment: Vector3<f64> = elements().map(|e| e.pose.translation.vector * e.mass).sum();
+        (mass > 0.0).then(|| place(&Translation3::from(moment / mass).into()))
+    }
+
+    /// Where the x, y or z axis (0, 1, 2) of a part points, a unit vector; of an actuator that of its base.
+    #[must_use]
+    pub fn axis(&self, id: PartId, axis: usize) -> Option<[f64; 3]> {
+        let own = [Vector3::x(), Vector3::y(), Vector3::z()];
+        Some(direction(&self.frame(id, 0)?, own.get(axis)?))
+    }
+
+    /// The place of a port, m.
+    #[must_use]
+    pub fn place_of_port(&self, id: PartId, port: u8) -> Option<[f64; 3]> {
+        Some(place(&self.pose_of_port(id, port)?))
+    }
+
+    /// Where a port points, a unit vector.
+    #[must_use]
+    pub fn facing_of_port(&self, id: PartId, port: u8) -> Option<[f64; 3]> {
+        Some(direction(&self.pose_of_port(id, port)?, &Vector3::x()))
+    }
+
+    fn pose_of_port(&self, id: PartId, port: u8) -> Option<Isometry3<f64>> {
+        Some(self.frame(id, port)? * ports(self.design.parts.get(&id)?).get(port as usize)?.frame)
+    }
+
+    fn frame(&self, id: PartId, port: u8) -> Option<Isometry3<f64>> {
+        self.body.frame_at_rest(id, self.design.parts.get(&id)?, port)
     }
 }
 

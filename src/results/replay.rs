@@ -147,6 +147,9 @@ pub struct How<'a> {
     pub stop: Stop<'a>,
 }
 
+/// A motion that is recorded more often than its model asks for has at most so many poses: 170 MB of them.
+const MOST_POSES: f64 = 3e6;
+
 /// How closely a motion is simulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Precision {
@@ -239,6 +242,13 @@ impl<'r> Driven<'r> {
         let (drive, parameters) = drive_of(candidate, saved)?;
         let settings = precision.apply(&drive.task().model)?;
         Ok(Self { drive, parameters, settings })
+    }
+
+    /// The same with so many frames a second, if the model asks for fewer; nothing where a motion would have too many poses.
+    pub(super) fn recorded_often(mut self, frames: f64) -> Option<Self> {
+        let elements = self.drive.candidate().body.assembly.elements.len() as f64;
+        self.settings.record = self.settings.record.min(1.0 / frames);
+        (self.settings.duration / self.settings.record * elements <= MOST_POSES).then_some(self)
     }
 
     /// What drives the body in the nominal world.

@@ -22,6 +22,10 @@ const EIGHTH: &str = "an eighth of the step, finer contacts";
 const ICE: &str = "a floor of ice";
 /// A centre of mass that stays this near on ice, m, has stayed: rounding is a hundredth of it.
 const STAYS: f64 = 2e-4;
+/// A body that turns by less on ice, rad, faces where it faced: what trembles between two frames adds up to a hundredth of it.
+const FACES: f64 = 0.05;
+/// Frames a second that tell what angular momentum does: parts of soft bodies tremble a hundred times a second.
+const OFTEN: f64 = 240.0;
 /// Joints that tremble hardly move the body, so its value holds, but they work.
 const WORK: &str = "half the step (energy)";
 /// The work in steps of the model is at most so many times as much as at half the step, or as little.
@@ -53,7 +57,7 @@ pub fn final_check(
         // One by one they keep one thread busy for seconds; side by side they are the same.
         let ((opinions, (ice, work)), (worlds, tests)) = rayon::join(
             || {
-                let ice = || drift(&candidate, task, model);
+                let ice = || on_ice(&candidate, task, model);
                 let work = || work(&candidate, task, model);
                 rayon::join(|| opinions(&candidate, task, model), || rayon::join(ice, work))
             },
@@ -62,7 +66,7 @@ pub fn final_check(
         given_up(stop)?;
         saved.checks.extend(opinions);
         saved.checks.push(Check::new(WORK, Measured::Work, work));
-        saved.checks.push(Check::new(ICE, Measured::Drift, ice));
+        saved.checks.push(ice);
         let is_new = |checks: &[Check], one: &Check| checks.iter().all(|check| check.name != one.name);
         for one in worlds? {
             if is_new(&saved.checks, &one) {
@@ -138,11 +142,20 @@ fn given_up(stop: Stop<'_>) -> Result<(), DesignError> {
     if stop.is_asked() { Err(DesignError::Stopped("all cross-checks were made")) } else { Ok(()) }
 }
 
-/// How far the centre of mass gets on ice, m.
-fn drift(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Result<f64, DesignError> {
-    let driven = Driven::new(candidate, saved, how.precision)?;
-    let motion = driven.motion_in(&Scenario::ice(), how.solver, how.stop)??;
-    Ok(motion.drift(&candidate.body.assembly))
+/// How far the centre of mass gets on ice, m; or by how much the body turns there, rad, if it stays in place but turns too far.
+fn on_ice(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Check {
+    let found = || -> Result<(f64, f64), DesignError> {
+        let driven = Driven::new(candidate, saved, how.precision)?;
+        let often = Driven::new(candidate, saved, how.precision)?.recorded_often(OFTEN);
+        let motion =
+            often.as_ref().unwrap_or(&driven).motion_in(&Scenario::ice(), how.solver, how.stop)??;
+        let spin = if often.is_some() { motion.spin(&candidate.body.assembly) } else { 0.0 };
+        Ok((motion.drift(&candidate.body.assembly), spin))
+    };
+    match found() {
+        Ok((drift, spin)) if drift <= STAYS && spin > FACES => Check::new(ICE, Measured::Spin, Ok(spin)),
+        found => Check::new(ICE, Measured::Drift, found.map(|(drift, _)| drift)),
+    }
 }
 
 /// The work of all actuators at half the step, as a share of what it is in steps of the model.
@@ -254,7 +267,7 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
     };
     match check.measured {
         Measured::Drift if other <= STAYS => Verdict::Confirmed,
-        Measured::Drift => Verdict::Refuted,
+        Measured::Drift | Measured::Spin => Verdict::Refuted,
         Measured::Work if other.max(1.0 / other) <= WORKS_ALIKE => Verdict::Confirmed,
         Measured::Work => Verdict::OtherWork,
         // What does not move differs by rounding only.
@@ -306,6 +319,9 @@ pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: 
         (None, _) => check.why.clone().unwrap_or_else(|| "the motion is not valid".to_owned()),
         (Some(value), Measured::Value) => {
             describe::quantity(design.less_penalties(direction, value), &saved.unit)
+        }
+        (Some(spin), Measured::Spin) => {
+            format!("it turns by {} out of nothing", describe::quantity(spin.to_degrees(), "deg"))
         }
         (Some(share), Measured::Work) => format!("{share:.2} times as much"),
         (Some(drift), Measured::Drift) if drift <= STAYS => "it stays in place, as it should".to_owned(),

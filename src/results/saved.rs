@@ -68,6 +68,8 @@ pub enum Measured {
     Value,
     /// How far the centre of mass gets from where it began, along the ground, m.
     Drift,
+    /// By how much angular momentum turns the body about the vertical, rad, where nothing can give it any.
+    Spin,
     /// The work of all actuators, as a share of what it is in steps of the model.
     Work,
     /// Nothing: the solver cannot simulate such a body.

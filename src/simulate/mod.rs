@@ -11,6 +11,7 @@ pub mod balls;
 mod check;
 pub mod export;
 mod feedback;
+mod ice;
 mod lattice;
 mod lowering;
 pub mod motion;

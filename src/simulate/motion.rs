@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Isometry3;
 
 use super::LAST_STRETCH;
-use crate::design::assembly::{Assembly, Shape};
+use crate::design::assembly::Shape;
 
 /// Target bend angles of every actuator, sampled at equal intervals and
 /// interpolated linearly in between; the last sample holds on.
@@ -192,22 +192,6 @@ impl Motion {
                 apart.is_some_and(|d| libm::hypot(d.x, d.z) > limit * (self.duration - t))
             })
         })
-    }
-
-    /// How far the centre of mass of the body that this is the motion of ever gets from where it began, along the
-    /// ground, m. On ice nothing may carry it away.
-    #[must_use]
-    pub fn drift(&self, body: &Assembly) -> f64 {
-        let mass: f64 = body.elements.iter().map(|element| element.mass).sum();
-        let centre = |t: f64| -> Vector3<f64> {
-            let places = (0..).zip(&body.elements).filter_map(|(element, own)| {
-                Some(self.pose(element, t)?.translation.vector * (own.mass / mass))
-            });
-            places.sum()
-        };
-        let start = centre(0.0);
-        let away = (0..self.frames()).map(|frame| centre(self.time(frame)) - start);
-        away.map(|way| libm::hypot(way.x, way.z)).fold(0.0, f64::max)
     }
 
     /// The longest extent of an element in m: the longest edge of a box, the

@@ -92,7 +92,7 @@ pub(super) fn rotation_vector(turn: &UnitQuaternion<f64>) -> Vector3<f64> {
 }
 
 /// The quaternion of a turn by so much about so much.
-fn half_turn(turn: &Vector3<f64>) -> Quaternion<f64> {
+pub(super) fn half_turn(turn: &Vector3<f64>) -> Quaternion<f64> {
     let angle = turn.norm();
     let (sine, cosine) = libm::sincos(angle / 2.0);
     Quaternion::from_parts(cosine, if angle > 0.0 { turn * (sine / angle) } else { Vector3::zeros() })

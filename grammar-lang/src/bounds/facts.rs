@@ -231,6 +231,11 @@ impl<'r> Facts<'r> {
             | PartAttribute::Facing
             | PartAttribute::Upward
             | PartAttribute::Sideways
+            | PartAttribute::PlaceAtRest
+            | PartAttribute::CentreAtRest
+            | PartAttribute::FacingAtRest
+            | PartAttribute::UpwardAtRest
+            | PartAttribute::SidewaysAtRest
             | PartAttribute::LowestPoint => Abstract::Any,
             PartAttribute::Holder => Abstract::Part(Kinds::all()),
             PartAttribute::Port => Abstract::Port(Kinds::all()),

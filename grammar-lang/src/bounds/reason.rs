@@ -228,7 +228,11 @@ impl<'f> Reasoning<'f> {
             (Attribute::Port(attribute), Abstract::Port(kinds)) => match attribute {
                 PortAttribute::Part => Abstract::Part(kinds),
                 PortAttribute::Free => Abstract::Bool(Truth::Sometimes),
-                PortAttribute::Index | PortAttribute::Place | PortAttribute::Facing => Abstract::Any,
+                PortAttribute::Index
+                | PortAttribute::Place
+                | PortAttribute::Facing
+                | PortAttribute::PlaceAtRest
+                | PortAttribute::FacingAtRest => Abstract::Any,
             },
             (Attribute::Step(StepAttribute::Number), _) => {
                 Abstract::Number(Interval::new(1.0, f64::INFINITY))

@@ -190,6 +190,8 @@ pub enum Effect {
     },
     /// Works out a value, which takes the next local slot.
     Let(Expr),
+    /// From here on effects read the design as those before have left it.
+    Then,
 }
 
 /// The parts that a block has made under one name.
@@ -249,6 +251,7 @@ impl Effect {
                 let over = over.iter().map(|binder| &binder.over);
                 over.chain(effects.iter().flat_map(Self::exprs)).collect()
             }
+            Self::Then => Vec::new(),
         }
     }
 }
@@ -405,6 +408,7 @@ impl Writer<'_> {
             }
             Effect::Revert(step) => format!("revert {}", self.expr(step, names)),
             Effect::Cells(cells) => self.cells(cells, names),
+            Effect::Then => "then".to_owned(),
             Effect::Repeat { .. } | Effect::Let(_) => return None,
         })
     }

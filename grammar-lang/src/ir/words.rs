@@ -169,6 +169,11 @@ words! {
         Upward "upward" "The direction in which its y axis points (its top), in the frame of the core.";
         Sideways "sideways" "The direction in which its z axis points (its right), in the frame of the core.";
         Centre "centre" "Its centre of mass in the frame of the core.";
+        PlaceAtRest "place_at_rest" "Where its frame is as a motion begins, with all joints at `neutral`, from the centre of the core.";
+        FacingAtRest "facing_at_rest" "The direction in which its x axis points as a motion begins, in the frame of the core; of a row that of its base.";
+        UpwardAtRest "upward_at_rest" "The direction in which its y axis points as a motion begins, in the frame of the core; of a row that of its base.";
+        SidewaysAtRest "sideways_at_rest" "The direction in which its z axis points as a motion begins, in the frame of the core; of a row that of its base.";
+        CentreAtRest "centre_at_rest" "Its centre of mass as a motion begins, in the frame of the core.";
         LeastCorner "least_corner" "The corner of its bounding box with the least coordinates as a motion begins, in the frame of the core.";
         GreatestCorner "greatest_corner" "The corner of its bounding box with the greatest coordinates as a motion begins, in the frame of the core.";
         LowestPoint "lowest_point" "The height of its lowest point as a motion begins, from the centre of the core.";
@@ -201,6 +206,8 @@ words! {
         Free "free" "Whether nothing is attached to it.";
         Place "place" "Where it is in the body as it is attached, from the centre of the core.";
         Facing "facing" "The direction in which it points, in the frame of the core.";
+        PlaceAtRest "place_at_rest" "Where it is as a motion begins, with all joints at `neutral`, from the centre of the core.";
+        FacingAtRest "facing_at_rest" "The direction in which it points as a motion begins, in the frame of the core.";
     }
 }
 
@@ -398,10 +405,18 @@ impl PartAttribute {
             Self::Mass => Ty::Quantity(Dimension::MASS),
             Self::Holder | Self::Twin => Ty::Part,
             Self::Port => Ty::Port,
-            Self::Place | Self::Centre | Self::LeastCorner | Self::GreatestCorner => {
-                Ty::Vector(Dimension::LENGTH)
-            }
-            Self::Facing | Self::Upward | Self::Sideways => Ty::Vector(Dimension::NUMBER),
+            Self::Place
+            | Self::Centre
+            | Self::PlaceAtRest
+            | Self::CentreAtRest
+            | Self::LeastCorner
+            | Self::GreatestCorner => Ty::Vector(Dimension::LENGTH),
+            Self::Facing
+            | Self::Upward
+            | Self::Sideways
+            | Self::FacingAtRest
+            | Self::UpwardAtRest
+            | Self::SidewaysAtRest => Ty::Vector(Dimension::NUMBER),
             Self::LowestPoint => Ty::Quantity(Dimension::LENGTH),
             Self::Work => Ty::Quantity(Dimension::ENERGY),
         }
@@ -423,8 +438,8 @@ impl PortAttribute {
             Self::Part => Ty::Part,
             Self::Index => Ty::Count,
             Self::Free => Ty::Bool,
-            Self::Place => Ty::Vector(Dimension::LENGTH),
-            Self::Facing => Ty::Vector(Dimension::NUMBER),
+            Self::Place | Self::PlaceAtRest => Ty::Vector(Dimension::LENGTH),
+            Self::Facing | Self::FacingAtRest => Ty::Vector(Dimension::NUMBER),
         }
     }
 }

@@ -61,7 +61,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 | Effect::Remove(_)
                 | Effect::Revert(_)
                 | Effect::Repeat { .. }
-                | Effect::Let(_) => {}
+                | Effect::Let(_)
+                | Effect::Then => {}
             },
         );
     }

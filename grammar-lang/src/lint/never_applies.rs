@@ -42,6 +42,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 fn port_twice(rule: &Rule) -> Option<Diagnostic> {
     let mut taken: Vec<&Expr> = Vec::new();
     for effect in &rule.effects {
+        // What has been done meanwhile may have made room.
+        if matches!(effect, Effect::Then) {
+            taken.clear();
+        }
         let Effect::Attach { on, .. } = effect else { continue };
         if let Some(first) = taken.iter().find(|first| first.kind == on.port.kind) {
             return Some(

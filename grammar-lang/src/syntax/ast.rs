@@ -548,6 +548,8 @@ pub enum RuleClauseKind {
         /// What is repeated.
         clauses: Vec<RuleClause>,
     },
+    /// `then`: clauses below it read the design as those above have left it.
+    Then,
     /// `weight EXPR`
     Weight(Expr),
 }

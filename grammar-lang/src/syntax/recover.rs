@@ -17,7 +17,7 @@ use crate::source::{FileId, Span};
 
 const RULE_CLAUSES: &[&str] = &[
     "match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "fill",
-    "paint", "clear", "for", "if", "weight", "allow",
+    "paint", "clear", "for", "if", "then", "weight", "allow",
 ];
 /// The clauses that a line `for i in RANGE` may follow.
 const REPEATABLE: &[&str] = &["attach", "set", "fill", "paint", "clear"];
@@ -378,8 +378,10 @@ fn clauses<'a>(inside: Stretch<'a>, words: &[&str]) -> Vec<Stretch<'a>> {
             depth == 0 && opens_field(line, !starts.is_empty())
         } else {
             // Continuation lines start with an operator or a word such as `because`.
-            words.contains(&word) && word != "if"
-                || (depth == 0 && nearest(word, words.iter().copied()).is_some())
+            let goes_on = word == "then" && line.tokens().nth(1).is_some();
+            let begins = words.contains(&word) && word != "if"
+                || depth == 0 && nearest(word, words.iter().copied()).is_some();
+            begins && !goes_on
         };
         if opens || starts.is_empty() {
             starts.push(line.start);

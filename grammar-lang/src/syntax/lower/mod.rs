@@ -463,6 +463,7 @@ impl<'a> Lowering<'a> {
                 // Done once, where the condition holds.
                 RuleClauseKind::Repeat { over: Vec::new(), clauses: once(condition).chain(clauses).collect() }
             }
+            Rule::then_clause => RuleClauseKind::Then,
             Rule::revert_clause => RuleClauseKind::Revert(self.expr(inner.next()?)?),
             Rule::fill_clause | Rule::paint_clause | Rule::clear_clause => return self.cells(node),
             _ => RuleClauseKind::Weight(self.expr(inner.next()?)?),

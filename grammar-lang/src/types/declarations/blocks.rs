@@ -139,6 +139,7 @@ impl Declarations<'_> {
             RuleClauseKind::Choose(..) => "choose",
             RuleClauseKind::Weight(_) => "weight",
             RuleClauseKind::Revert(_) => "revert",
+            RuleClauseKind::Then => "then",
             _ => return,
         };
         // What reads its names is not wrong.
@@ -153,6 +154,9 @@ impl Declarations<'_> {
             "choose" => "move it above the block: it is drawn once, whatever the block does with it",
             "let" => {
                 "move it above the block, or write the value where it is read: a `let` of a rule does not see what the block repeats"
+            }
+            "then" => {
+                "end the block above it, and begin another one below it: `then` stands between the clauses of a rule"
             }
             _ => "move it out of the block",
         };

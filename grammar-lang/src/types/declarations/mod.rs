@@ -18,6 +18,7 @@ mod models;
 mod novelty;
 mod observe;
 mod parts;
+mod phases;
 mod policies;
 mod rules;
 mod scenarios;

@@ -45,6 +45,7 @@ impl Declarations<'_> {
         let mut weight = None;
         for (place, clause) in clauses.iter().enumerate() {
             match &clause.kind {
+                RuleClauseKind::Then => effects.push(ir::Effect::Then),
                 RuleClauseKind::Guard(positive, condition) => {
                     let what = if *positive { "what follows `when`" } else { "what follows `unless`" };
                     // A guard is asked before the effects: it does not see what they make.
@@ -93,6 +94,7 @@ impl Declarations<'_> {
             );
         }
         self.check_twice(clauses);
+        self.check_phases(clauses, damaged);
         self.check_space(clauses);
         if !damaged && self.expressions.errors.len() == found {
             self.unread(bound_within(clauses).into_iter(), "use it in this rule, or take it out");
@@ -420,6 +422,10 @@ impl Declarations<'_> {
     ) {
         for clause in clauses {
             let (verb, target): (&'static str, &'c ast::Expr) = match &clause.kind {
+                RuleClauseKind::Then => {
+                    seen.clear();
+                    continue;
+                }
                 RuleClauseKind::Set { target, .. } => ("set", target),
                 RuleClauseKind::Remove(part) => ("remove", part),
                 RuleClauseKind::Replace { part, .. } => ("replace", part),
@@ -673,13 +679,15 @@ fn bound_within(clauses: &[RuleClause]) -> Vec<&Name> {
     names.collect()
 }
 
-/// Which clauses of a rule give a name to a value that reads what lines above them make.
+/// Which clauses of a rule give a name to a value that reads what lines above them make, or stand below `then`.
 fn late_values(clauses: &[RuleClause]) -> Vec<usize> {
     let mut made: Vec<&str> = Vec::new();
     let mut late = Vec::new();
+    let mut after_others = false;
     for (place, clause) in clauses.iter().enumerate() {
+        after_others |= matches!(clause.kind, RuleClauseKind::Then);
         if let RuleClauseKind::Let(name, value) = &clause.kind {
-            let mut reads = false;
+            let mut reads = after_others;
             value.each_name(&mut |read, _| reads |= made.contains(&read));
             if reads {
                 late.push(place);

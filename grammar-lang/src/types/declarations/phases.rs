@@ -1,0 +1,72 @@
+//! Checks where `then` stands in a rule: between what it does first and what it does next.
+
+use super::Declarations;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::syntax::ast::{RuleClause, RuleClauseKind};
+
+impl Declarations<'_> {
+    /// Reports a `then` with nothing above or below it, and clauses below it that are about the whole rule.
+    pub(super) fn check_phases(&mut self, clauses: &[RuleClause], damaged: bool) {
+        let is_then = |clause: &&RuleClause| matches!(clause.kind, RuleClauseKind::Then);
+        let Some(first) = clauses.iter().position(|clause| is_then(&clause)) else { return };
+        for (place, then) in clauses.iter().enumerate().filter(|(_, clause)| is_then(clause)) {
+            let acts = |clause: &RuleClause| does_something(&clause.kind);
+            let (above, below) = (clauses.get(..place), clauses.get(place + 1..));
+            let is_before = |clause: &&RuleClause| !is_then(clause);
+            let acts_above = above.is_some_and(|above| above.iter().rev().take_while(is_before).any(acts));
+            let acts_below = below.is_some_and(|below| below.iter().take_while(is_before).any(acts));
+            let (side, help) = match (acts_above, acts_below) {
+                (true, true) => continue,
+                // Where nothing is done between two, the first one says so.
+                (false, _) if place > first => continue,
+                (false, _) => ("above", "take it out: what a rule does first reads the design as it is"),
+                (true, false) => {
+                    ("below", "say below it what is done next: `attach`, `set`, `remove` or `replace`")
+                }
+            };
+            // What could not be read may have done something.
+            if !damaged {
+                let message = format!("nothing is done {side} this `then`");
+                self.report(
+                    Diagnostic::new(Code::NO_EFFECT, then.span, message)
+                        .label(format!("nothing {side} it"))
+                        .help(help),
+                );
+            }
+        }
+        for clause in clauses.iter().skip(first) {
+            let (word, help) = match &clause.kind {
+                RuleClauseKind::Match { .. } | RuleClauseKind::MatchNothing => ("match", KNOWN_BEFORE),
+                RuleClauseKind::Choose(..) => ("choose", KNOWN_BEFORE),
+                RuleClauseKind::Guard(true, _) => ("when", IN_A_BLOCK),
+                RuleClauseKind::Guard(false, _) => ("unless", IN_A_BLOCK),
+                _ => continue,
+            };
+            self.report(
+                Diagnostic::new(Code::BAD_VALUE, clause.span, format!("`{word}` cannot stand below `then`"))
+                    .label("it is about the whole rule")
+                    .also(clauses.get(first).map_or(clause.span, |then| then.span), "this `then` is above it")
+                    .help(help),
+            );
+        }
+    }
+}
+
+const KNOWN_BEFORE: &str =
+    "move it above `then`: what a rule matches and chooses is known before it does anything";
+const IN_A_BLOCK: &str =
+    "move it above `then`, or put what depends on it into a block: `if CONDITION { ... }`";
+
+/// Whether a clause changes the design.
+fn does_something(clause: &RuleClauseKind) -> bool {
+    !matches!(
+        clause,
+        RuleClauseKind::Match { .. }
+            | RuleClauseKind::MatchNothing
+            | RuleClauseKind::Choose(..)
+            | RuleClauseKind::Let(..)
+            | RuleClauseKind::Guard(..)
+            | RuleClauseKind::Weight(_)
+            | RuleClauseKind::Then
+    )
+}

@@ -1,0 +1,139 @@
+//! Rules that do one thing and then another: effects below `then` read what those above have made.
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+use sgc::derive::{Derivation, check_start, run_example};
+
+use crate::support::root;
+
+/// A sledge with a tray on a sprung strut: the preload of the spring follows from what it carries.
+const SLEDGE: &str = "
+use std.blocks     { cube }
+use std.actuators  { bender }
+use std.actuation  { bezier_pac }
+use std.objectives { travel, fall }
+use std.models     { hinge_model }
+use std.search     { nested_annealing }
+
+part strut {
+  param carries : Mass in 0 g .. 500 g = 0 g
+  shape     = box(1 cm, 1 cm, 1 cm)
+  mass      = 5 g
+  friction  = 0.5
+  joint     = slide along y passive
+  range     = -30 mm .. 30 mm
+  neutral   = -carries * hinge_model.gravity / (100 N/m)
+  stiffness = 100 N/m
+  damping   = 1 N*s/m
+  port back  at vector(-5 mm, 0 mm, 0 mm) facing vector(-1, 0, 0)
+  port front at vector(5 mm, 0 mm, 0 mm)  facing vector(1, 0, 0)
+}
+
+part tray {
+  param load : Mass in 0 g .. 400 g = 50 g
+  shape    = box(4 cm, 1 cm, 4 cm)
+  mass     = 30 g + load
+  friction = 0.5
+  port back  at vector(-2 cm, 0 mm, 0 mm) facing vector(-1, 0, 0)
+  port front at vector(2 cm, 0 mm, 0 mm)  facing vector(1, 0, 0)
+}
+
+begin {
+  place core : cube
+  place s    : strut to core.front
+  place b    : tray to s.front
+}
+
+rule fill_tray {
+  choose  load in 0 g .. 400 g
+  set     b.load = load
+  then
+  set     s.carries = b.mass
+}
+
+# The same without `then`: what it reads is what was there before the rule.
+rule late {
+  choose  load in 0 g .. 400 g
+  set     b.load    = load
+  set     s.carries = b.mass
+}
+
+# Another tray in the place of a load, then all trays are made alike, those just made among them.
+rule lengthen {
+  choose  load in 0 g .. 400 g
+  attach  tray(load = 0 g) to b.front as c
+  then
+  let     all = count(tray)
+  set     t.load = load / all for t in tray
+  then
+  set     s.carries = sum over t in tray of t.mass
+}
+
+rule bend {
+  attach  bender(segments = 4) to core.back as a
+  attach  cube to a.tip
+}
+
+rule undo {
+  match   done : step where done adds part
+  revert  done
+}
+
+actuate  bender with bezier_pac
+simulate hinge_model for 1 s
+search   nested_annealing
+maximize travel - fall in cm
+";
+
+fn compile(text: &str) -> RuleSet {
+    let mut sources = SourceMap::default();
+    let name = root().join("grammars/feature.sgr").to_string_lossy().into_owned();
+    let entry = sources.add(name, format!("grammar feature\n{SLEDGE}\n{text}"));
+    let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
+    let errors: Vec<_> = compiled.diagnostics.iter().filter(|d| d.is_error()).collect();
+    assert!(errors.is_empty(), "{errors:#?}");
+    let rules = compiled.ruleset.unwrap();
+    assert!(check_start(&rules).is_none(), "{:?}", check_start(&rules));
+    rules
+}
+
+/// Runs the only example of a grammar.
+fn example(clauses: &str) -> Result<Derivation, String> {
+    let rules = compile(&format!("example one {{\n{clauses}\n}}"));
+    run_example(&rules, "one", &rules.examples["one"]).map_err(|failure| format!("{failure:?}"))
+}
+
+#[test]
+fn below_then_effects_read_what_was_done_above() {
+    example(
+        "step a = fill_tray(load = 100 g)
+         expect s.carries == 130 g
+         step b2 = late(load = 200 g)
+         expect s.carries == 130 g and b.mass == 230 g
+         step c = fill_tray(load = 300 g)
+         expect s.carries == 330 g",
+    )
+    .unwrap();
+}
+
+#[test]
+fn what_stands_below_then_runs_over_what_was_just_made() {
+    example(
+        "step more = lengthen(load = 100 g)
+         expect count(tray) == 2 and more.c.load == 50 g and b.load == 50 g
+         expect s.carries == 160 g",
+    )
+    .unwrap();
+}
+
+/// The whole step is taken back, whatever stands on which side of `then`; what came later is done again.
+#[test]
+fn a_step_of_several_phases_is_one_step() {
+    example(
+        "step more = lengthen(load = 100 g)
+         step bent = bend()
+         step less = undo(done = more)
+         expect count(tray) == 1 and count(bender) == 1 and s.carries == 0 g and b.load == 50 g",
+    )
+    .unwrap();
+}
