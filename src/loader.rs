@@ -16,6 +16,7 @@ pub const LIBRARY: &[(&str, &str)] = &[
     ("std.gaits", include_str!("../std-rules/gaits.sgr")),
     ("std.lattice", include_str!("../std-rules/lattice.sgr")),
     ("std.limbs", include_str!("../std-rules/limbs.sgr")),
+    ("std.materials", include_str!("../std-rules/materials.sgr")),
     ("std.models", include_str!("../std-rules/models.sgr")),
     ("std.novelty", include_str!("../std-rules/novelty.sgr")),
     ("std.objectives", include_str!("../std-rules/objectives.sgr")),

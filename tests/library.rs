@@ -200,6 +200,24 @@ const OTHERS: &[(&str, &str)] = &[
         }",
     ),
     (
+        "grammars/cast.sgr",
+        "use std.materials {
+          ecoflex_30, dragon_skin_30, elastosil_m4601, smooth_sil_950, elastic_50a, tpu_85a, printed_abs,
+          bar_stiffness, tube_stiffness, strip_stiffness, twist_stiffness, stretch_stiffness
+        }
+        variant cast of \"./codesign.sgr\" {
+          set bender.density = (
+            ecoflex_30.density + dragon_skin_30.density + elastosil_m4601.density + smooth_sil_950.density
+            + elastic_50a.density + tpu_85a.density + printed_abs.density
+          ) / 7
+          set bender.stiffness =
+            bar_stiffness(ecoflex_30, 9 mm, 2 cm) + tube_stiffness(dragon_skin_30, 9 mm, 2 mm, 2 cm)
+            + strip_stiffness(elastosil_m4601, 2 cm, 2 mm, 2 cm) + twist_stiffness(smooth_sil_950, 5 mm, 2 cm)
+            + stretch_stiffness(elastic_50a, 1 mm, 2 cm) * 1 mm * 1 mm / (1 rad * 1 rad)
+            + bar_stiffness(tpu_85a, 3 mm, 2 cm) + bar_stiffness(printed_abs, 1 mm, 2 cm)
+        }",
+    ),
+    (
         "grammars/kinds.sgr",
         "use std.search { many_kinds }
         variant kinds of \"./codesign.sgr\" { replace search many_kinds }",
@@ -374,6 +392,7 @@ fn every_number_of_the_library_changes_the_rule_set() {
         "grammars/gait_evolution.sgr",
         "grammars/tempering.sgr",
         "grammars/reheated.sgr",
+        "grammars/cast.sgr",
         "grammars/kinds.sgr",
         "grammars/shortly.sgr",
         "grammars/recommended.sgr",

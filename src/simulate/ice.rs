@@ -86,7 +86,7 @@ mod tests {
         let shape = Shape::Box { half: Vector3::new(0.03, 0.01, 0.02) };
         let at = |body: usize| [-0.05, 0.07][body];
         let element = |body: usize| Element {
-            shape: shape.clone(),
+            shape,
             pose: Isometry3::translation(at(body), 0.0, 0.0),
             mass: 0.1,
             friction: 0.5,
@@ -105,9 +105,7 @@ mod tests {
             bends: Vec::new(),
             work: Vec::new(),
             commands: None,
-            placements: [0, 1]
-                .map(|body| Placement { body, local: Isometry3::identity(), shape: shape.clone() })
-                .into(),
+            placements: [0, 1].map(|body| Placement { body, local: Isometry3::identity(), shape }).into(),
         };
         (motion, Assembly { elements: vec![element(0), element(1)], ..Assembly::default() })
     }

@@ -1,10 +1,30 @@
-//! Checks where `then` stands in a rule: between what it does first and what it does next.
+//! Checks what a rule does, in which order: `then` stands between what it does first and what it does next, and a rule that takes a
+//! step back does nothing else.
 
 use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::{RuleClause, RuleClauseKind};
 
 impl Declarations<'_> {
+    /// Reports what a rule does beside taking a step back: the steps of a design would not lead to it.
+    pub(super) fn check_reversion(&mut self, clauses: &[RuleClause]) {
+        let is_reversion = |clause: &&RuleClause| matches!(clause.kind, RuleClauseKind::Revert(_));
+        let Some(revert) = clauses.iter().find(is_reversion) else { return };
+        let other = clauses.iter().find(|other| !is_reversion(other) && does_something(&other.kind));
+        if let Some(other) = other {
+            self.report(
+                Diagnostic::new(
+                    Code::BAD_VALUE,
+                    other.span,
+                    "a rule that reverts a step cannot do anything else",
+                )
+                .label("this would be part of no step, and lost when the design is made again")
+                .also(revert.span, "the step is reverted here")
+                .help("write two rules: one that reverts, and one for the rest"),
+            );
+        }
+    }
+
     /// Reports a `then` with nothing above or below it, and clauses below it that are about the whole rule.
     pub(super) fn check_phases(&mut self, clauses: &[RuleClause], damaged: bool) {
         let is_then = |clause: &&RuleClause| matches!(clause.kind, RuleClauseKind::Then);

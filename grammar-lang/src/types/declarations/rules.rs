@@ -95,6 +95,7 @@ impl Declarations<'_> {
         }
         self.check_twice(clauses);
         self.check_phases(clauses, damaged);
+        self.check_reversion(clauses);
         self.check_space(clauses);
         if !damaged && self.expressions.errors.len() == found {
             self.unread(bound_within(clauses).into_iter(), "use it in this rule, or take it out");
