@@ -91,8 +91,10 @@ impl Test {
                     Ok(made) => {
                         let (steps, parts) = (made.steps.len(), made.design.parts.len());
                         output::data(&format!(
-                            "ok      {}.{name}: {steps} steps, {parts} parts\n",
-                            rules.name
+                            "ok      {}.{name}: {}, {}\n",
+                            rules.name,
+                            output::counted(steps, "step"),
+                            output::counted(parts, "part")
                         ))?;
                         tally.passed += 1;
                     }

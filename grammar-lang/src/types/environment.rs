@@ -17,7 +17,7 @@ pub(super) struct Environment<'a> {
     /// The values that `-p NAME=VALUE` gives parameters.
     pub(super) overrides: &'a [(String, String)],
     /// What `begin` calls its parts, and what they are.
-    pub(super) placed: IndexMap<&'a str, &'a ast::Expr>,
+    pub(super) placed: IndexMap<&'a str, &'a ast::Place>,
     /// The names of all ports that parts of the program have.
     pub(super) ports: IndexSet<String>,
     /// Whether the initial design fills places: then it is a lattice that is meant, even if it is not declared.
@@ -42,7 +42,7 @@ impl<'a> Environment<'a> {
             _ => None,
         });
         for place in places.flatten() {
-            placed.entry(place.name.text.as_str()).or_insert(&place.what);
+            placed.entry(place.name.text.as_str()).or_insert(place);
         }
         let fills = |item: &Item| matches!(&item.kind, ItemKind::Begin(places, fills) if places.is_empty() && !fills.is_empty());
         let begins_with_cells = program.entries().any(|(_, item)| fills(item));

@@ -31,10 +31,14 @@ impl Declarations<'_> {
         let Some(first) = clauses.iter().position(|clause| is_then(&clause)) else { return };
         for (place, then) in clauses.iter().enumerate().filter(|(_, clause)| is_then(clause)) {
             let acts = |clause: &RuleClause| does_something(&clause.kind);
+            // What cannot stand below it is told as that.
+            let is_misplaced = |clause: &RuleClause| is_of_the_whole_rule(&clause.kind);
             let (above, below) = (clauses.get(..place), clauses.get(place + 1..));
             let is_before = |clause: &&RuleClause| !is_then(clause);
             let acts_above = above.is_some_and(|above| above.iter().rev().take_while(is_before).any(acts));
-            let acts_below = below.is_some_and(|below| below.iter().take_while(is_before).any(acts));
+            let acts_below = below.is_some_and(|below| {
+                below.iter().take_while(is_before).any(|clause| acts(clause) || is_misplaced(clause))
+            });
             let (side, help) = match (acts_above, acts_below) {
                 (true, true) => continue,
                 // Where nothing is done between two, the first one says so.
@@ -77,16 +81,19 @@ const KNOWN_BEFORE: &str =
 const IN_A_BLOCK: &str =
     "move it above `then`, or put what depends on it into a block: `if CONDITION { ... }`";
 
-/// Whether a clause changes the design.
-fn does_something(clause: &RuleClauseKind) -> bool {
-    !matches!(
+/// Whether a clause is about the whole rule, and is worked out before the rule does anything.
+fn is_of_the_whole_rule(clause: &RuleClauseKind) -> bool {
+    matches!(
         clause,
         RuleClauseKind::Match { .. }
             | RuleClauseKind::MatchNothing
             | RuleClauseKind::Choose(..)
-            | RuleClauseKind::Let(..)
             | RuleClauseKind::Guard(..)
-            | RuleClauseKind::Weight(_)
-            | RuleClauseKind::Then
     )
+}
+
+/// Whether a clause changes the design.
+fn does_something(clause: &RuleClauseKind) -> bool {
+    !is_of_the_whole_rule(clause)
+        && !matches!(clause, RuleClauseKind::Let(..) | RuleClauseKind::Weight(_) | RuleClauseKind::Then)
 }

@@ -54,7 +54,7 @@ impl Expressions<'_> {
             }
             return make(ExprKind::Group(group), Ty::Group);
         }
-        if let Some((_, what)) = self.environment.placed.get_key_value(name) {
+        if let Some(ast::Place { what, .. }) = self.environment.placed.get(name) {
             let kind = match &what.kind {
                 ast::ExprKind::Call(callee, _) => &callee.kind,
                 kind => kind,
@@ -405,7 +405,7 @@ impl Expressions<'_> {
                 let word = Word::named(&name.text).filter(known).is_some_and(|w| cx.stage.shares_word(w));
                 // Groups and the first part are read where designs are, whatever the module.
                 let part = cx.stage.sees_design() && ["block", "core"].contains(&name.text.as_str());
-                placed.map(|what| Some(what.span)).or((word || part).then_some(None))
+                placed.map(|place| Some(place.name.span)).or((word || part).then_some(None))
             });
         if let Some(place) = taken {
             let mut error = Diagnostic::new(
