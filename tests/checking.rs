@@ -40,7 +40,7 @@ fn one_variant_of_several_is_tested_and_the_wrong_one_is_named() {
     std::fs::write(&grammar, text + more).unwrap();
     let output = sgc(&["test", &grammar, "--variant", "right"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
-    assert_eq!(String::from_utf8_lossy(&output.stdout), "ok      right.bare: 0 steps, 1 parts\n");
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "ok      right.bare: 0 steps, 1 part\n");
     let output = sgc(&["check", &grammar]);
     assert!(errors(&output).contains("3 grammars and variants, 1 error in wrong"), "{}", errors(&output));
 }
