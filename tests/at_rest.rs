@@ -1,9 +1,8 @@
 //! Where parts and ports are as a motion begins: joints are then where their springs rest, and driven rows where they start.
 
-use grammar_lang::source::SourceMap;
 use sgc::derive::{check_start, run_example};
 
-use crate::support::root;
+use crate::joints::compiled;
 
 const BODY: &str = "
 use std.actuation  { bezier_pac }
@@ -101,14 +100,8 @@ fn places_and_directions_at_rest_follow_the_joints() {
         "tip.twin.place_at_rest.y == tip.place_at_rest.y and tip.twin.facing_at_rest.y == tip.facing_at_rest.y",
     ];
     for held in held {
-        let mut sources = SourceMap::default();
-        let name = root().join("grammars/feature.sgr").to_string_lossy().into_owned();
         let text = format!("grammar feature\n{BODY}\nexample one {{ expect {held} }}");
-        let entry = sources.add(name, text);
-        let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
-        let errors: Vec<_> = compiled.diagnostics.iter().filter(|d| d.is_error()).collect();
-        assert!(errors.is_empty(), "{errors:#?}");
-        let rules = compiled.ruleset.unwrap();
+        let rules = compiled(&text);
         assert!(check_start(&rules).is_none(), "{:?}", check_start(&rules));
         let failed = run_example(&rules, "one", &rules.examples["one"]).err();
         assert!(failed.is_none(), "{held}: {failed:?}");

@@ -1,9 +1,8 @@
-//! What a search finds on a floor without friction: nobody gets away from where it began.
+//! What a search finds on a floor without friction: nobody gets away from where it began, or turns by angular momentum.
 
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
-use nalgebra::Vector3;
 use sgc::derive::Derivation;
 use sgc::design::assembly::Assembly;
 use sgc::search::{Best, Jobs, Limits, Observer, Row, Unkept};
@@ -16,6 +15,9 @@ use crate::support::{compile_texts, is_long, texts};
 /// The furthest that the centre of mass of any body got from where it began, along the ground, m.
 static FURTHEST: Mutex<f64> = Mutex::new(0.0);
 
+/// The furthest that angular momentum turned any body about the vertical, rad.
+static SPUN: Mutex<f64> = Mutex::new(0.0);
+
 /// The solver of hinges, which looks at every motion. What is to be simulated more finely is not, so that no check
 /// of a best design hides what the search could live on.
 struct Witness;
@@ -26,26 +28,16 @@ impl Model for Witness {
     }
 
     fn prepare(&self, body: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
-        let coarse = Settings { step: 1.0 / 240.0, iterations: 10, tolerance: 2e-3, ..settings.clone() };
+        let step = 1.0 / 240.0;
+        let coarse = Settings { step, record: step, iterations: 10, tolerance: 2e-3, ..settings.clone() };
         let inner = model("articulated").unwrap().prepare(body, &coarse)?;
-        let masses = body.elements.iter().map(|element| element.mass).collect();
-        Ok(Box::new(Watched { inner, masses }))
+        Ok(Box::new(Watched { inner, body: body.clone() }))
     }
 }
 
 struct Watched {
     inner: Box<dyn Simulation>,
-    masses: Vec<f64>,
-}
-
-impl Watched {
-    /// The centre of mass at a frame, m.
-    fn centre(&self, motion: &Motion, frame: usize) -> Vector3<f64> {
-        let place = |element| motion.pose(element, motion.time(frame)).unwrap().translation.vector;
-        let sum: Vector3<f64> =
-            self.masses.iter().enumerate().map(|(element, mass)| place(element) * *mass).sum();
-        sum / self.masses.iter().sum::<f64>()
-    }
+    body: Assembly,
 }
 
 impl Simulation for Watched {
@@ -61,11 +53,9 @@ impl Simulation for Watched {
     ) -> Option<Vec<Result<Motion, Invalid>>> {
         let motions = self.inner.run_watched(stop, cases, watch)?;
         for motion in motions.iter().flatten() {
-            let start = self.centre(motion, 0);
-            for frame in (0..motion.frames()).step_by(20).chain([motion.frames() - 1]) {
-                let way = self.centre(motion, frame) - start;
-                let mut furthest = FURTHEST.lock().unwrap();
-                *furthest = furthest.max(libm::hypot(way.x, way.z));
+            for (most, found) in [(&FURTHEST, motion.drift(&self.body)), (&SPUN, motion.spin(&self.body))] {
+                let mut most = most.lock().unwrap();
+                *most = most.max(found);
             }
         }
         Some(motions)
@@ -118,8 +108,10 @@ fn a_search_on_ice_moves_nobody() {
         assert!((evaluations..evaluations + 16).contains(&outcome.evaluations));
         let furthest = *FURTHEST.lock().unwrap();
         assert!(furthest < 2e-4, "seed {seed}: a centre of mass went {furthest} m");
+        let spun = *SPUN.lock().unwrap();
+        assert!(spun < 0.01, "seed {seed}: a body turned by {spun} rad");
         println!(
-            "{}, seed {seed}: furthest {furthest:e} m, best {:?}",
+            "{}, seed {seed}: furthest {furthest:e} m, turned {spun:e} rad, best {:?}",
             rules.name,
             outcome.best.map(|best| best.value)
         );

@@ -202,6 +202,7 @@ fn checks_doubt_in_both_directions() {
     }
     assert_eq!(verdict(Some(1e-4), Measured::Drift), Verdict::Confirmed);
     assert_eq!(verdict(Some(3e-4), Measured::Drift), Verdict::Refuted);
+    assert_eq!(verdict(Some(0.06), Measured::Spin), Verdict::Refuted);
 }
 
 /// The rotation of an element is that of its part: x is forward, also of a disk, whose own axis stands upright.

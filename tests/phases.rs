@@ -1,10 +1,8 @@
 //! Rules that do one thing and then another: effects below `then` read what those above have made.
 
-use grammar_lang::ir::RuleSet;
-use grammar_lang::source::SourceMap;
 use sgc::derive::{Derivation, check_start, run_example};
 
-use crate::support::root;
+use crate::joints::compiled;
 
 /// A sledge with a tray on a sprung strut: the preload of the spring follows from what it carries.
 const SLEDGE: &str = "
@@ -85,21 +83,10 @@ search   nested_annealing
 maximize travel - fall in cm
 ";
 
-fn compile(text: &str) -> RuleSet {
-    let mut sources = SourceMap::default();
-    let name = root().join("grammars/feature.sgr").to_string_lossy().into_owned();
-    let entry = sources.add(name, format!("grammar feature\n{SLEDGE}\n{text}"));
-    let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
-    let errors: Vec<_> = compiled.diagnostics.iter().filter(|d| d.is_error()).collect();
-    assert!(errors.is_empty(), "{errors:#?}");
-    let rules = compiled.ruleset.unwrap();
-    assert!(check_start(&rules).is_none(), "{:?}", check_start(&rules));
-    rules
-}
-
 /// Runs the only example of a grammar.
 fn example(clauses: &str) -> Result<Derivation, String> {
-    let rules = compile(&format!("example one {{\n{clauses}\n}}"));
+    let rules = compiled(&format!("grammar feature\n{SLEDGE}\nexample one {{\n{clauses}\n}}"));
+    assert!(check_start(&rules).is_none(), "{:?}", check_start(&rules));
     run_example(&rules, "one", &rules.examples["one"]).map_err(|failure| format!("{failure:?}"))
 }
 
