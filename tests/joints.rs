@@ -681,15 +681,20 @@ fn segments_may_be_boxes() {
     }
 }
 
-/// Without an actuator nothing gives a body energy, so on level ground it comes to rest. The one of this grammar does not: a flap that a
-/// preload presses on the end of its range trembles against what it touches, for ever, and the body creeps by 2 mm/s.
+/// Without an actuator nothing gives a body energy, so on level ground it comes to rest. Of these two, each found by a search, the one crept
+/// by 2 mm/s while faces touched in a single point, which jumped from end to end; the other glided by 0.8 mm/s on a loose limb whose
+/// friction pushed it off the ground: the sweeps over the contacts went to and fro.
 #[test]
-#[ignore = "an open error of the hinge solver: contacts within the body feed this one"]
-fn a_body_without_actuators_comes_to_rest() {
-    let rules = crate::support::grammar("tests/creeps.sgr");
-    let own = Settings { duration: 30.0, ..settings(&rules.first_task().unwrap().model) };
-    let motion = hanging(&rules, "articulated", &own).unwrap();
-    let place = |t: f64| motion.pose(0, t).unwrap().translation.vector;
-    let way = (place(30.0) - place(20.0)).norm();
-    assert!(way < 1e-3, "{way} m in 10 s");
+fn bodies_without_actuators_come_to_rest() {
+    for grammar in ["tests/creeps.sgr", "tests/glides.sgr"] {
+        let rules = crate::support::grammar(grammar);
+        let base = settings(&rules.first_task().unwrap().model);
+        for step in [1.0 / 240.0, 1.0 / 480.0] {
+            let own = Settings { duration: 30.0, step, ..base.clone() };
+            let motion = hanging(&rules, "articulated", &own).unwrap();
+            let place = |t: f64| motion.pose(0, t).unwrap().translation.vector;
+            let way = (place(30.0) - place(20.0)).norm();
+            assert!(way < 1e-4, "{grammar}: {way} m in 10 s with a step of {step} s");
+        }
+    }
 }

@@ -3,15 +3,12 @@
 //! Elements of different bodies may collide, except the two that a joint joins: its faces meet
 //! there. Of elements with one joint between them only those collide that do not overlap at rest, as
 //! `no_overlap` understands it (a wheel may be drawn over the shaft of its motor), and that the limits of the
-//! joint let touch. Every
-//! shape is its core plus a rounding: a ball is a point, a capsule a line, boxes and cylinders
-//! are shrunk by a fifth of their smallest half size, so faces stay where they
-//! are and only edges are rounded. The closest points of two cores are found
-//! by alternating projections (von Neumann): the closest point of a box,
-//! cylinder, line or point is a closed form, and going to and fro between two convex
-//! sets converges to their distance. Each step goes on from the last one's
-//! points. There is one contact per pair; where two faces meet flat it lies
-//! anywhere on them. Pairs that overlap at rest by more than the roundings do
+//! joint let touch.
+//!
+//! The closest points of two hulls (`hull`) go on from the last step's. Where they touch there is a contact, and more where
+//! the rim of the smaller one's face meets the other: on a single one, which jumps from one end of the faces to the other in
+//! a step, faces would rock for ever, and be pushed apart again where they overlap by then. Pairs that
+//! overlap at rest by more than the roundings do
 //! not collide; those that overlap less may overlap as much as they did.
 //!
 //! Most pairs are asleep. Each body has an odometer that counts how far it can have
@@ -22,16 +19,15 @@
 //! costs more, the more so with many lanes: a pair is woken for any of them.)
 
 use super::ground::top_speed;
+use super::hull::{Hull, Placed, project};
 use super::kinematics::{Frame, State, Velocity, place};
 use super::scalar::{Mask, Scalar};
 use super::tree::{LENGTH, Tree};
-use super::vector::{M3, Quat, V3};
-use crate::design::assembly::{Shape, TOUCHING, Travel};
+use super::vector::{Quat, V3};
+use crate::design::assembly::{TOUCHING, Travel};
 use crate::simulate::World;
 use crate::simulate::lowering::{Lowered, Piece};
 
-/// How much of the smallest half size is rounding.
-const ROUNDING: f64 = 0.2;
 /// Rounds of projections in each step.
 const PROJECTIONS: usize = 2;
 /// The same at rest, with nothing to go on from.
@@ -40,79 +36,18 @@ const FIRST_PROJECTIONS: usize = 100;
 const MARGIN: f64 = 0.02;
 /// What rounding can add to or take from an odometer in a step, cm: far more than it does.
 const SLACK: f64 = 0.005;
-
-/// The shrunk shape about its centre.
-#[derive(Clone, Copy, Debug)]
-enum Core<S> {
-    Point,
-    /// Half sizes.
-    Box(V3<S>),
-    /// Half length along x and radius.
-    Cylinder(S, S),
-    /// Half length along x.
-    Line(S),
-}
-
-impl<S: Scalar> Core<S> {
-    #[inline(always)]
-    fn closest(&self, p: V3<S>) -> V3<S> {
-        let clamp = |value: S, most: S| value.min(most).max(-most);
-        match *self {
-            Self::Point => V3::null(p.kit()),
-            Self::Box(half) => V3([clamp(p[0], half[0]), clamp(p[1], half[1]), clamp(p[2], half[2])]),
-            Self::Cylinder(half_length, radius) => {
-                let square = p[1] * p[1] + p[2] * p[2];
-                let outside = (radius * radius).less(square);
-                let k = S::pick(outside, radius / square.sqrt(), radius.like(1.0));
-                V3([clamp(p[0], half_length), p[1] * k, p[2] * k])
-            }
-            Self::Line(half_length) => {
-                let zero = p[0].like(0.0);
-                V3([clamp(p[0], half_length), zero, zero])
-            }
-        }
-    }
-}
-
-/// An element as the collision sees it.
-#[derive(Clone, Copy, Debug)]
-struct Hull<S> {
-    body: usize,
-    centre: V3<S>,
-    /// Element axes in the body's frame.
-    rotation: M3<S>,
-    core: Core<S>,
-    rounding: S,
-    /// Radius of a ball that holds all of it.
-    reach: S,
-}
-
-/// Where a hull is now.
-#[derive(Clone, Copy)]
-struct Placed<'a, S> {
-    hull: &'a Hull<S>,
-    centre: V3<S>,
-    rotation: M3<S>,
-}
-
-impl<'a, S: Scalar> Placed<'a, S> {
-    #[inline(always)]
-    fn new(hull: &'a Hull<S>, frame: &Frame<S>, centre: V3<S>) -> Self {
-        Self { hull, centre, rotation: frame.rotation * hull.rotation }
-    }
-
-    #[inline(always)]
-    fn closest(&self, p: V3<S>) -> V3<S> {
-        let local = self.rotation.transposed(p - self.centre);
-        self.centre + self.rotation * self.hull.core.closest(local)
-    }
-}
+/// Contacts of a pair at most: at the closest points, and at the rim of a face.
+const CONTACTS: usize = 5;
+/// A point of the rim that is nearer to the closest one than this share of the reach is no other contact.
+const SAME: f64 = 0.02;
 
 /// Two elements that may collide.
 #[derive(Clone, Copy, Debug)]
 struct Pair<S> {
     first: usize,
     second: usize,
+    /// Whether the rim of the first is looked at, and of how many points it is.
+    rim: (bool, usize),
     friction: S,
     /// How deep they overlap at rest.
     overlap: S,
@@ -137,7 +72,7 @@ pub(super) struct Meeting<S: Scalar> {
     pub(super) gap: S,
     /// Friction coefficient.
     pub(super) friction: S,
-    /// Number of the pair.
+    /// Number of the contact, the same from step to step.
     pub(super) slot: usize,
 }
 
@@ -168,7 +103,7 @@ impl<S: Scalar> Collisions<S> {
         let pairs: Vec<_> =
             pairs_at_rest(lowered).iter().map(|pair| pair.in_all_lanes(kit, worlds)).collect();
         Self {
-            hulls: lowered.pieces.iter().map(|piece| hull(kit, piece)).collect(),
+            hulls: lowered.pieces.iter().map(|piece| Hull::new(kit, piece)).collect(),
             bodies: pairs
                 .iter()
                 .map(|pair| [pair.first, pair.second].map(|piece| lowered.pieces[piece].body as u32))
@@ -183,9 +118,9 @@ impl<S: Scalar> Collisions<S> {
         }
     }
 
-    /// Number of pairs.
+    /// Number of contacts that there can be.
     pub(super) fn slots(&self) -> usize {
-        self.pairs.len()
+        self.pairs.len() * CONTACTS
     }
 
     /// Back to rest.
@@ -219,8 +154,7 @@ impl<S: Scalar> Collisions<S> {
             if !due.any() {
                 continue;
             }
-            let (gap, meeting) = self.look(frames, place, margin, due);
-            meeting.into_iter().for_each(&mut found);
+            let gap = self.look(frames, place, margin, due, &mut found);
             self.due[place] = S::pick(due, moved + gap, self.due[place]);
         }
     }
@@ -248,7 +182,7 @@ impl<S: Scalar> Collisions<S> {
         top_speed(own.spin - root.spin, own.velocity - carried, self.reach[body])
     }
 
-    /// A lower bound of the gap of a pair, and the contact where it is small, in
+    /// A lower bound of the gap of a pair; hands over its contacts where it is small, in
     /// the lanes that are awake.
     #[inline(always)]
     fn look(
@@ -257,47 +191,71 @@ impl<S: Scalar> Collisions<S> {
         place: usize,
         margin: S,
         awake: S::Mask,
-    ) -> (S, Option<Meeting<S>>) {
+        mut found: impl FnMut(Meeting<S>),
+    ) -> S {
         let pair = &mut self.pairs[place];
         let (a, b) = (&self.hulls[pair.first], &self.hulls[pair.second]);
-        let (frame_a, frame_b) = (&frames[a.body], &frames[b.body]);
-        let centre_a = frame_a.centre + frame_a.rotation * a.centre;
-        let centre_b = frame_b.centre + frame_b.rotation * b.centre;
-        let apart = (centre_a - centre_b).length() - a.reach - b.reach;
+        let frame_b = &frames[b.body];
+        let (a, b) = (Placed::new(a, &frames[a.body]), Placed::new(b, frame_b));
+        let apart = (a.centre - b.centre).length() - a.hull.reach - b.hull.reach;
         let near = awake & apart.at_most(margin);
         if !near.any() {
-            return (apart, None);
+            return apart;
         }
-        let (a, b) = (Placed::new(a, frame_a, centre_a), Placed::new(b, frame_b, centre_b));
         let start = frame_b.centre + frame_b.rotation * pair.witness;
-        let (on_a, on_b) = project(&a, &b, start, PROJECTIONS);
-        let witness = frame_b.rotation.transposed(on_b - frame_b.centre);
+        let closest = project(&a, &b, start, PROJECTIONS);
+        let witness = frame_b.rotation.transposed(closest.1 - frame_b.centre);
         pair.witness = V3::pick(near, witness, pair.witness);
+        let (gap, mut meeting) = pair.meet(&a, &b, closest, near);
+        pair.normal = meeting.normal;
+        meeting.lanes = near & gap.at_most(margin);
+        meeting.slot = place * CONTACTS;
+        // The projections come from above: trust half of the gap.
+        let bound = S::pick(near, S::pick(meeting.lanes, gap, gap * gap.like(0.5)), apart);
+        if !meeting.lanes.any() {
+            return bound;
+        }
+        found(meeting);
+        let (inner, outer) = if pair.rim.0 { (&a, &b) } else { (&b, &a) };
+        let towards = pair.normal * gap.like(if pair.rim.0 { -1.0 } else { 1.0 });
+        let same = inner.hull.reach * gap.like(SAME);
+        for number in 0..pair.rim.1 {
+            let over = outer.closest(inner.rim(towards, number));
+            let under = inner.closest(over);
+            let points = if pair.rim.0 { (under, over) } else { (over, under) };
+            let (gap, mut further) = pair.meet(&a, &b, points, near);
+            let is_other = (same * same).less((points.0 - closest.0).square());
+            further.lanes = meeting.lanes & gap.at_most(margin) & is_other;
+            further.slot = meeting.slot + 1 + number;
+            if further.lanes.any() {
+                found(further);
+            }
+        }
+        bound
+    }
+}
+
+impl<S: Scalar> Pair<S> {
+    /// The gap and the contact of a point of the first core and one of the second.
+    #[inline(always)]
+    fn meet(
+        &self,
+        a: &Placed<'_, S>,
+        b: &Placed<'_, S>,
+        (on_a, on_b): (V3<S>, V3<S>),
+        lanes: S::Mask,
+    ) -> (S, Meeting<S>) {
         let way = on_a - on_b;
         let distance = way.length();
+        let half = distance.like(0.5);
         // Inside each other there is no direction: keep the last one.
-        let apart_enough = near & distance.like(1e-5).less(distance);
-        pair.normal = V3::pick(apart_enough, way * (distance.like(1.0) / distance), pair.normal);
-        let gap = distance - a.hull.rounding - b.hull.rounding + pair.overlap;
-        let lanes = near & gap.at_most(margin);
-        let half = gap.like(0.5);
-        // The projections come from above: trust half of the gap.
-        let bound = S::pick(near, S::pick(lanes, gap, gap * half), apart);
-        if !lanes.any() {
-            return (bound, None);
-        }
-        let middle = (on_a + on_b) * half;
+        let is_apart = lanes & distance.like(1e-5).less(distance);
+        let normal = V3::pick(is_apart, way * (distance.like(1.0) / distance), self.normal);
+        let gap = distance - a.hull.rounding - b.hull.rounding + self.overlap;
         let offset = (b.hull.rounding - a.hull.rounding) * half;
-        let meeting = Meeting {
-            lanes,
-            bodies: (a.hull.body, b.hull.body),
-            normal: pair.normal,
-            point: middle + pair.normal * offset,
-            gap,
-            friction: pair.friction,
-            slot: place,
-        };
-        (bound, Some(meeting))
+        let point = (on_a + on_b) * half + normal * offset;
+        let bodies = (a.hull.body, b.hull.body);
+        (gap, Meeting { lanes, bodies, normal, point, gap, friction: self.friction, slot: 0 })
     }
 }
 
@@ -309,38 +267,13 @@ impl Pair<f32> {
         Pair {
             first: self.first,
             second: self.second,
+            rim: self.rim,
             friction: S::each(kit, |lane| f64::from(self.friction) * worlds[lane].friction),
             overlap: S::of(kit, self.overlap.into()),
             witness: V3::constant(kit, self.witness.0.map(f64::from)),
             normal: V3([0, 1, 2].map(|axis| S::each(kit, |lane| normals[lane][axis]))),
         }
     }
-}
-
-/// The closest points of two cores, starting from a point of the second.
-///
-/// Where faces meet at a small angle the alternation creeps along them in a
-/// geometric series. Each round therefore ends with a jump to the limit of that
-/// series (Aitken), taken back where the cores are further apart there.
-#[inline(always)]
-fn project<S: Scalar>(a: &Placed<'_, S>, b: &Placed<'_, S>, start: V3<S>, rounds: usize) -> (V3<S>, V3<S>) {
-    let mut on_b = start;
-    let mut on_a = a.closest(on_b);
-    for _ in 0..rounds {
-        let first = b.closest(on_a);
-        let second = b.closest(a.closest(first));
-        let (before, after) = (first - on_b, second - first);
-        (on_a, on_b) = (a.closest(second), second);
-        let k = |value: f64| start[0].like(value);
-        let ratio = before.dot(after) / (before.square() + k(1e-12));
-        let ratio = ratio.max(k(0.0)).min(k(0.98));
-        let jump = b.closest(second + after * (ratio / (k(1.0) - ratio)));
-        let there = a.closest(jump);
-        let (way, other) = (on_a - on_b, there - jump);
-        let closer = other.square().less(way.square());
-        (on_a, on_b) = (V3::pick(closer, there, on_a), V3::pick(closer, jump, on_b));
-    }
-    (on_a, b.closest(on_a))
 }
 
 /// The elements that may touch each other, the later one first.
@@ -353,7 +286,7 @@ fn pairs_at_rest(lowered: &Lowered) -> Vec<Pair<f32>> {
     let tree = Tree::<f32>::new((), lowered, &[World::NOMINAL]);
     let mut frames = vec![Frame::null(()); lowered.bodies.len()];
     place(&tree, &State::new(&tree, V3::null(()), Quat::still(())), &mut frames);
-    let hulls: Vec<Hull<f32>> = lowered.pieces.iter().map(|piece| hull((), piece)).collect();
+    let hulls: Vec<Hull<f32>> = lowered.pieces.iter().map(|piece| Hull::new((), piece)).collect();
     let mut pairs = Vec::new();
     for first in 0..hulls.len() {
         for second in 0..first {
@@ -406,13 +339,9 @@ fn at_rest(
     (first, second): (usize, usize),
     friction: f64,
 ) -> Option<(Pair<f32>, f32)> {
-    let placed = |hull: &'_ Hull<f32>| {
-        let frame = &frames[hull.body];
-        frame.centre + frame.rotation * hull.centre
-    };
     let (a, b) = (&hulls[first], &hulls[second]);
-    let (frame_a, frame_b) = (&frames[a.body], &frames[b.body]);
-    let (a, b) = (Placed::new(a, frame_a, placed(a)), Placed::new(b, frame_b, placed(b)));
+    let frame_b = &frames[b.body];
+    let (a, b) = (Placed::new(a, &frames[a.body]), Placed::new(b, frame_b));
     let (on_a, on_b) = project(&a, &b, b.centre, FIRST_PROJECTIONS);
     let way = on_a - on_b;
     let distance = way.length();
@@ -420,41 +349,17 @@ fn at_rest(
         return None;
     }
     let gap = distance - a.hull.rounding - b.hull.rounding;
+    let is_first_inner = (a.hull.rim(), a.hull.reach) < (b.hull.rim(), b.hull.reach);
     let pair = Pair {
         first,
         second,
+        rim: (is_first_inner, a.hull.rim().min(b.hull.rim())),
         friction: friction as f32,
         overlap: (-gap).max(0.0),
         witness: frame_b.rotation.transposed(on_b - frame_b.centre),
         normal: way * (1.0 / distance),
     };
     Some((pair, gap))
-}
-
-fn hull<S: Scalar>(kit: S::Kit, piece: &Piece) -> Hull<S> {
-    let of = |metres: f64| S::of(kit, metres * LENGTH);
-    let turn = piece.local.rotation.to_rotation_matrix();
-    let m = turn.matrix();
-    let (core, rounding) = match piece.shape {
-        Shape::Box { half } => {
-            let rounding = half.min() * ROUNDING;
-            (Core::Box(V3([0, 1, 2].map(|axis| of(half[axis] - rounding)))), rounding)
-        }
-        Shape::Ball { radius } => (Core::Point, radius),
-        Shape::Cylinder { radius, half_length } => {
-            let rounding = radius.min(half_length) * ROUNDING;
-            (Core::Cylinder(of(half_length - rounding), of(radius - rounding)), rounding)
-        }
-        Shape::Capsule { radius, half_straight } => (Core::Line(of(half_straight)), radius),
-    };
-    Hull {
-        body: piece.body,
-        centre: V3::constant(kit, (piece.local.translation.vector * LENGTH).into()),
-        rotation: M3([0, 1, 2].map(|row| V3::constant(kit, [m[(row, 0)], m[(row, 1)], m[(row, 2)]]))),
-        core,
-        rounding: of(rounding),
-        reach: of(piece.shape.reach()),
-    }
 }
 
 /// How far the elements of each body reach from its centre, cm.

@@ -4,7 +4,7 @@
 //! A step goes: mass matrix (`inertia`); servos as implicit spring-dampers on its
 //! diagonal (`joints`); factorisation along the tree (`factor`); what the bodies bring along
 //! from the last step (`momentum`); candidates for contact with the `ground` and between
-//! parts (`collide`), gathered by limb (`touches`); their `rows` in the factorised space;
+//! parts (`collide`, of `hull`s), gathered by limb (`touches`); their `rows` in the factorised space;
 //! `pgs`; how far the speeds found take every body (`stride`), and again from the momenta if that is
 //! not as foreseen; the next state and the frames of all bodies (`kinematics`); and the
 //! books (`energy`). The order of all sums is fixed, and nothing depends on the platform.
@@ -18,6 +18,7 @@ mod collide;
 mod energy;
 mod factor;
 mod ground;
+mod hull;
 mod inertia;
 mod joints;
 mod kinematics;

@@ -9,6 +9,9 @@ use super::rows::{Contact, Rows};
 use super::scalar::{Mask, Scalar};
 use super::vector::V3;
 
+/// A contact sticks if its friction is less than this share, squared, of the most that it can be.
+const STICKS: f64 = 0.96;
+
 /// Velocities of a contact point along its three directions.
 #[inline(always)]
 fn velocities<S: Scalar>(columns: &[V3<S>], dofs: &[u32], y: &[S]) -> V3<S> {
@@ -83,15 +86,17 @@ pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S], open: S::Mask, u
         let V3([n, a, b]) = velocities(columns, dofs, y);
         let before = contact.impulse;
         let zero = n.like(0.0);
+        let [slip, aside] = contact.slip;
+        let sliding = [a + slip, b + aside];
         let speed = n + contact.allowance + contact.softness * before[0];
-        let normal = (before[0] - speed * contact.yielding).max(zero);
+        let yielding = contact.yielding / (n.like(1.0) + braced(contact, sliding) * contact.yielding);
+        let normal = (before[0] - speed * yielding).max(zero);
         let touching = zero.less(normal);
         if !(open & (touching | zero.less(before[0]))).any() {
             continue;
         }
         let change = normal - before[0];
-        let [slip, aside] = contact.slip;
-        let sliding = [a + slip + contact.response[3] * change, b + aside + contact.response[4] * change];
+        let sliding = [sliding[0] + contact.response[3] * change, sliding[1] + contact.response[4] * change];
         let friction = rub(contact, sliding, contact.friction * normal, touching);
         let after = V3::pick(touching, V3([normal, friction[0], friction[1]]), V3([zero; 3]));
         let after = V3::pick(open, after, before);
@@ -100,6 +105,24 @@ pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S], open: S::Mask, u
         unrest.add(contact.energy(change), after[0] * after[0] * contact.response[0]);
         push(columns, dofs, y, change);
     }
+}
+
+/// What friction adds to the normal velocity for each unit of normal impulse, where it does and the contact slides.
+///
+/// Friction grows with the normal impulse, and where it pushes the surfaces apart, too (a limb that drags its tip towards
+/// it), an impulse that reckons without it is too great: the next sweep takes it back, and so on for ever. The foot then
+/// floats, or carries and does not, and the body glides.
+#[inline(always)]
+fn braced<S: Scalar>(contact: &Contact<S>, sliding: [S; 2]) -> S {
+    let k = |value: f64| sliding[0].like(value);
+    let V3([normal, p, q]) = contact.impulse;
+    let [_, _, _, na, nb, _] = contact.response;
+    let most = contact.friction * normal;
+    let sticks = (p * p + q * q).less(most * most * k(STICKS));
+    let speed = (sliding[0] * sliding[0] + sliding[1] * sliding[1]).sqrt().max(k(1e-20));
+    let by_speed = -(na * sliding[0] + nb * sliding[1]) * contact.friction / speed;
+    let by_impulse = (na * p + nb * q) / normal.max(k(1e-20));
+    S::pick(sticks, k(0.0), by_speed.max(by_impulse).max(k(0.0)))
 }
 
 /// The friction impulse in a disc of a radius, in the lanes that touch.

@@ -1,6 +1,7 @@
 //! Truth tests on the tree itself, where gravity may tilt and the root be held.
 
 mod conservation;
+mod contacts;
 mod joints;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
