@@ -127,10 +127,10 @@ fn scanned(text: &str, file: FileId) -> Result<Scan<'_>, Box<Diagnostic>> {
         ));
     }
     let scan = Scan::new(text);
-    if let Some(deep) = too_deep(scan.tokens()) {
+    if let Some((deep, label)) = too_deep(scan.tokens()) {
         return Err(Box::new(
             refuse(Code::TOO_DEEP, deep.start, deep.end(), "this is nested too deeply")
-                .label(format!("level {}", DEEPEST + 1))
+                .label(label)
                 .help("give parts of it a name with `let`"),
         ));
     }
@@ -143,10 +143,11 @@ fn scanned(text: &str, file: FileId) -> Result<Scan<'_>, Box<Diagnostic>> {
     Ok(scan)
 }
 
-/// The token at which more would recurse than the parser can bear.
-fn too_deep<'t, 'a>(tokens: &'t [Token<'a>]) -> Option<&'t Token<'a>> {
+/// The token at which more would recurse than the parser can bear, and what of.
+fn too_deep<'t, 'a>(tokens: &'t [Token<'a>]) -> Option<(&'t Token<'a>, String)> {
     // Words that recurse without a bracket: many in one expression are as deep as brackets.
     let words = ["if", "not", "forall", "exists", "over"];
+    let most_words = 4 * DEEPEST;
     let is_word = |token: &Token<'_>, word| token.kind == TokenKind::Word && token.text == word;
     // From here on blocks may hold declarations.
     let variants = tokens.iter().position(|t| is_word(t, "variant")).unwrap_or(tokens.len());
@@ -163,19 +164,31 @@ fn too_deep<'t, 'a>(tokens: &'t [Token<'a>]) -> Option<&'t Token<'a>> {
         // Chains of `-` recurse as brackets do.
         minuses = if token.text == "-" { minuses + 1 } else { 0 };
         if token.kind == TokenKind::Word {
+            let begins = ITEM_WORDS.contains(&token.text) || CLAUSE_WORDS.contains(&token.text);
+            if begins && before.is_none_or(ends_expression) {
+                recursing = 0;
+            }
             if words.contains(&token.text) {
                 recursing += 1;
-            } else if ITEM_WORDS.contains(&token.text) && before.is_none_or(ends_expression) {
-                recursing = 0;
             }
         }
         before = Some(token);
-        if depth > DEEPEST || minuses > DEEPEST || recursing > 4 * DEEPEST {
-            return Some(token);
+        if depth > DEEPEST || minuses > DEEPEST {
+            return Some((token, format!("level {}", DEEPEST + 1)));
+        }
+        if recursing > most_words {
+            let words = words.map(|word| format!("`{word}`")).join(", ");
+            return Some((token, format!("one expression with more than {most_words} of {words}")));
         }
     }
     None
 }
+
+/// Reserved words that begin a clause of a block where no expression goes on.
+const CLAUSE_WORDS: [&str; 15] = [
+    "if", "for", "let", "set", "attach", "remove", "replace", "revert", "choose", "when", "unless", "weight",
+    "shared", "vary", "drive",
+];
 
 /// Whether an expression may end with a token: after others a word such as `part` is an operand, and begins no
 /// declaration.
@@ -245,6 +258,19 @@ mod tests {
             let last = found.last().unwrap();
             assert!(last.message.contains("the rest is not looked at"), "{}", last.message);
             assert_eq!(last.span().range().start, head.len() + 1000 * line.len());
+        }
+    }
+
+    #[test]
+    fn many_clauses_are_not_deep() {
+        for clause in ["if p.w > 1 { set p.w = 2 }", "set p.w = 1 + (count over x in part where not x.is_in)"]
+        {
+            let text = format!("rule r {{\nmatch p : b\n{}}}\n", format!("{clause}\n").repeat(900));
+            assert!(errors(&text).is_empty(), "{clause}");
+        }
+        for word in ["if a then 1 else", "not"] {
+            let found = errors(&format!("let a = {} 1\n", format!("{word} ").repeat(193)));
+            assert_eq!(found.first().unwrap().code.id, "E0106", "{word}");
         }
     }
 
