@@ -1,4 +1,5 @@
-//! Rules that do one thing and then another: effects below `then` read what those above have made.
+//! Rules that do one thing and then another: effects below `then` read what those above have made. Rules that are carried out after
+//! every step.
 
 use sgc::derive::{Derivation, check_start, run_example};
 
@@ -123,4 +124,67 @@ fn a_step_of_several_phases_is_one_step() {
          expect count(tray) == 1 and count(bender) == 1 and s.carries == 0 g and b.load == 50 g",
     )
     .unwrap();
+}
+
+/// The sledge, where a rule that is carried out always sets what the spring carries.
+fn kept(clauses: &str) -> Result<Derivation, String> {
+    let sledge = SLEDGE.replace("  then\n  set     s.carries = b.mass\n", "");
+    let sledge = sledge.replace("  then\n  set     s.carries = sum over t in tray of t.mass\n", "");
+    let always = "rule springs_carry {\n always\n let load = sum over w in hanging_on(s) of w.mass\n set s.carries = load\n}\n";
+    let rules = compiled(&format!("grammar feature\n{sledge}\n{always}\nexample one {{\n{clauses}\n}}"));
+    assert!(check_start(&rules).is_none(), "{:?}", check_start(&rules));
+    let made =
+        run_example(&rules, "one", &rules.examples["one"]).map_err(|failure| format!("{failure:?}"))?;
+    let again = Derivation::replay(&rules, &made.steps).unwrap();
+    assert_eq!(again.design.canonical_hash(), made.design.canonical_hash());
+    Ok(made)
+}
+
+#[test]
+fn what_follows_from_the_design_is_set_after_begin_and_after_every_step() {
+    kept(
+        "expect s.carries == 80 g
+         step a = fill_tray(load = 100 g)
+         expect s.carries == 130 g
+         step b2 = late(load = 200 g)
+         expect s.carries == 230 g
+         step more = lengthen(load = 100 g)
+         expect s.carries == 160 g and count(tray) == 2
+         step less = undo(done = more)
+         expect s.carries == 230 g and count(tray) == 1",
+    )
+    .unwrap();
+}
+
+/// More than 500 g is beyond what the spring can be set for.
+#[test]
+fn a_step_after_which_it_cannot_be_carried_out_is_undone() {
+    let always = "rule springs_carry {\n always\n set s.carries = 1.2 * b.mass\n}\n";
+    let sledge = SLEDGE.replace("  then\n  set     s.carries = b.mass\n", "");
+    let clauses = "step a = fill_tray(load = 300 g)
+         refuse fill_tray(load = 400 g)
+         expect s.carries == 396 g and b.load == 300 g";
+    let rules = compiled(&format!("grammar feature\n{sledge}\n{always}\nexample one {{\n{clauses}\n}}"));
+    run_example(&rules, "one", &rules.examples["one"]).unwrap();
+}
+
+/// Of several, each reads what those before it have left, and one whose condition does not hold is left out.
+#[test]
+fn those_carried_out_always_follow_each_other() {
+    let sledge =
+        SLEDGE.replace("  place b    : tray to s.front\n", "  place b    : tray(load = 0 g) to s.front\n");
+    let always = "rule first_this {\n always\n set t.load = 20 g for t in tray\n}
+        rule then_that {\n always\n when b.load == 20 g\n set s.carries = b.mass\n}
+        rule never {\n always\n unless b.load == 20 g\n set s.carries = 400 g\n}\n";
+    let text = format!("grammar feature\n{sledge}\n{always}\nexample one {{\nexpect s.carries == 50 g\n}}");
+    let rules = compiled(&text);
+    run_example(&rules, "one", &rules.examples["one"]).unwrap();
+}
+
+#[test]
+fn a_beginning_where_it_cannot_be_carried_out_is_an_error() {
+    let always = "rule springs_carry {\n always\n set s.carries = 10 * b.mass\n}\n";
+    let rules = compiled(&format!("grammar feature\n{SLEDGE}\n{always}"));
+    let found = check_start(&rules).unwrap();
+    assert!(format!("{found:?}").contains("carries"), "{found:?}");
 }

@@ -131,7 +131,11 @@ fn follow(
 fn only_attaches(rules: &RuleSet) -> bool {
     let attaches = |e: &Effect| matches!(e, Effect::Attach { .. } | Effect::Let(_) | Effect::Then);
     let no_step = |m: &grammar_lang::ir::Match| !matches!(m.what, Matched::Step);
-    rules.rules.iter().all(|r| Effect::single(&r.effects).all(attaches) && r.matches.iter().all(no_step))
+    rules.always.is_empty()
+        && rules
+            .rules
+            .iter()
+            .all(|r| Effect::single(&r.effects).all(attaches) && r.matches.iter().all(no_step))
 }
 
 fn reads_temperature(expr: &Expr) -> bool {

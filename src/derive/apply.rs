@@ -152,6 +152,7 @@ impl Derivation {
     ) -> Result<(Self, Vec<(usize, PartId)>), Blocked> {
         let mut next = self.clone();
         let made = self.carry_out(&mut next, rules, &rule.effects, locals, self.next)?;
+        next.carry_out_always(rules)?;
         if let Some(broken) = next.broken(rules)? {
             return Err(Blocked::Requirement(broken));
         }
@@ -174,6 +175,7 @@ impl Derivation {
     ) -> Option<String> {
         let mut next = self.clone();
         self.carry_out(&mut next, rules, &rule.effects, locals, self.next).ok()?;
+        next.carry_out_always(rules).ok()?;
         let (first, second) = next.overlap(rules, broken)?;
         let (a, b) = (next.design.parts.get(&first)?, next.design.parts.get(&second)?);
         let bent =
@@ -190,6 +192,22 @@ impl Derivation {
         let asks = |e: &Expr| matches!(&e.kind, ExprKind::Word(Word::Design(DesignWord::NoOverlap)));
         rules.requirements.get(broken)?.condition.any(&mut |e| asks(e)).then_some(())?;
         self.design.overlapping(rules)
+    }
+
+    /// Carries out the rules that are carried out after each step. Each reads the design as those before it have left it.
+    pub(super) fn carry_out_always(&mut self, rules: &RuleSet) -> Result<(), Blocked> {
+        for rule in &rules.always {
+            let before = self.clone();
+            let scope = DesignScope::new(rules, &before);
+            let mut holds = true;
+            for guard in &rule.guards {
+                holds &= evaluate(&guard.condition, &scope, &mut Vec::new())? == Value::Bool(true);
+            }
+            if holds {
+                before.carry_out(self, rules, &rule.effects, &[], self.next)?;
+            }
+        }
+        Ok(())
     }
 
     /// Carries out effects on `next`, as step number `step`. They read the design before the step, or as it is at the last `then` above
@@ -409,11 +427,10 @@ impl Derivation {
             }
         }
         let before = self.clone();
-        before.carry_out(self, rules, &rule.effects, &locals, step.id).map(drop).map_err(|blocked| {
-            match blocked {
-                Blocked::NoValue(error) => Unrepeatable::NoValue(error),
-                blocked => Unrepeatable::Refused(blocked.text(rules)),
-            }
+        let done = before.carry_out(self, rules, &rule.effects, &locals, step.id).map(drop);
+        done.and_then(|()| self.carry_out_always(rules)).map_err(|blocked| match blocked {
+            Blocked::NoValue(error) => Unrepeatable::NoValue(error),
+            blocked => Unrepeatable::Refused(blocked.text(rules)),
         })?;
         let kept = locals.iter().map(Recorded::new).collect();
         self.steps.push(Arc::new(Step { locals: kept, ..step.clone() }));

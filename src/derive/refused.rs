@@ -18,6 +18,7 @@ pub(super) fn check(rules: &RuleSet, begun: &Derivation) -> Vec<Diagnostic> {
     if rules
         .rules
         .iter()
+        .chain(&rules.always)
         .flat_map(|rule| Effect::single(&rule.effects))
         .any(|e| matches!(e, Effect::Set { .. }))
     {

@@ -26,7 +26,14 @@ pub(super) fn begin(rules: &RuleSet) -> (Derivation, Option<EvalError>) {
             return (derivation, Some(error));
         }
     }
-    (derivation, None)
+    let unkept = derivation.carry_out_always(rules).err().map(|blocked| match blocked {
+        Blocked::NoValue(error) => error,
+        blocked => {
+            let span = rules.always.first().map_or_else(Default::default, |rule| rule.span);
+            EvalError { span, reason: blocked.sentence(rules) }
+        }
+    });
+    (derivation, unkept)
 }
 
 /// Fills what a lattice begins with; gives what of it cannot be filled.

@@ -67,6 +67,7 @@ pub(super) const BREAK_BEFORE: &[&str] = &[
     "kw_delay",
     "kw_next",
     "kw_then",
+    "kw_always",
     "kw_else",
     "kw_of",
     "kw_otherwise",

@@ -87,6 +87,9 @@ pub struct RuleSet {
     pub lattice: Option<Lattice>,
     /// The rules.
     pub rules: Vec<Rule>,
+    /// Rules that are never drawn, but carried out after `begin` and after each step.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub always: Vec<Rule>,
     /// Rules that alone are drawn while something holds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fallbacks: Vec<Fallback>,
@@ -222,7 +225,8 @@ impl Writer<'_> {
         rules.patterns.iter().for_each(|(name, value)| self.pattern(name, value));
         self.gap();
         self.begun();
-        rules.rules.iter().for_each(|rule| self.rule(rule));
+        rules.rules.iter().for_each(|rule| self.rule(rule, false));
+        rules.always.iter().for_each(|rule| self.rule(rule, true));
         self.gap();
         self.required();
         rules.sensors.iter().for_each(|(name, sensor)| self.sensor(name, sensor));

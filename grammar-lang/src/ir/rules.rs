@@ -306,9 +306,12 @@ pub struct Preference {
 }
 
 impl Writer<'_> {
-    pub(super) fn rule(&mut self, rule: &Rule) {
+    pub(super) fn rule(&mut self, rule: &Rule, is_always: bool) {
         self.gap();
         self.line(0, format!("rule {} {{", rule.name));
+        if is_always {
+            self.line(1, "always");
+        }
         let mut names = rule.locals.clone();
         let mut slot = 0;
         for matched in &rule.matches {

@@ -63,7 +63,7 @@ fn set_by_rules<'r>(known: &Known<'r>) -> IndexMap<&'r str, (&'r str, Span)> {
             set.entry(name).or_insert((kind.as_str(), value.span));
         }
     };
-    for effect in ruleset.rules.iter().flat_map(|rule| Effect::single(&rule.effects)) {
+    for effect in ruleset.rules.iter().chain(&ruleset.always).flat_map(|rule| Effect::single(&rule.effects)) {
         match effect {
             Effect::Attach {
                 what: Expr { kind: ExprKind::Kind(_, params) | ExprKind::With(_, params), .. },

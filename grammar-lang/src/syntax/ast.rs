@@ -550,6 +550,8 @@ pub enum RuleClauseKind {
     },
     /// `then`: clauses below it read the design as those above have left it.
     Then,
+    /// `always`: the rule is never drawn, but carried out after `begin` and after each step.
+    Always,
     /// `weight EXPR`
     Weight(Expr),
 }

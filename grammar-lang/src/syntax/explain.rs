@@ -273,6 +273,7 @@ fn describe(rule: Rule) -> Option<&'static str> {
         Rule::kw_over => "`over`",
         Rule::kw_because => "`because`",
         Rule::kw_then => "`then`",
+        Rule::kw_always => "`always`",
         Rule::kw_else => "`else`",
         Rule::kw_turned | Rule::turned_part => "`turned`",
         Rule::kw_from => "`from`",

@@ -20,6 +20,7 @@ const CLAUSES: &[(&str, &str)] = &[
     ("for", "for i in 0 .. 3 { attach cube to core.left[i] as c  attach cube to c.front }"),
     ("if", "if q is left { attach cube to q }"),
     ("then", "then"),
+    ("always", "always"),
     ("weight", "weight 2"),
     ("shared", "shared period : Time in 2 s .. 6 s mutate 0.3 by normal(0 s, 1 s)"),
     ("vary", "vary size : Angle in 0 deg .. 90 deg mutate 0.5 by normal(0 deg, 20 deg)"),

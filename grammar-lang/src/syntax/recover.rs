@@ -17,7 +17,7 @@ use crate::source::{FileId, Span};
 
 const RULE_CLAUSES: &[&str] = &[
     "match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "fill",
-    "paint", "clear", "for", "if", "then", "weight", "allow",
+    "paint", "clear", "for", "if", "then", "always", "weight", "allow",
 ];
 /// The clauses that a line `for i in RANGE` may follow.
 const REPEATABLE: &[&str] = &["attach", "set", "fill", "paint", "clear"];

@@ -3,6 +3,7 @@
 use indexmap::{IndexMap, IndexSet};
 
 use super::Checked;
+use super::declarations::rules::is_always;
 use super::declarations::singles::{Actuated, Singles};
 use super::declarations::tasks::Asked;
 use super::declarations::{Declarations, Named};
@@ -17,6 +18,7 @@ use crate::syntax::declarations::{BlockKind, Counts};
 /// What rules and their neighbours come to.
 struct Derived {
     rules: Vec<ir::Rule>,
+    always: Vec<ir::Rule>,
     fallbacks: Vec<ir::Fallback>,
     requirements: Vec<ir::Requirement>,
     preferences: Vec<ir::Preference>,
@@ -78,13 +80,14 @@ impl<'a> Assembly<'a> {
         }
         let rest = self.declarations.check_all();
         // Rules, requirements and preferences that are imported by name take part, too.
-        let mut rules = Vec::new();
+        let (mut rules, mut always) = (Vec::new(), Vec::new());
         let mut requirements = Vec::new();
         let mut preferences = Vec::new();
         for (_, item) in program.entries() {
             match &item.kind {
                 ItemKind::Rule(name, clauses) => {
-                    rules.extend(self.declarations.rule(name, clauses, item.damaged))
+                    let kept = if is_always(clauses) { &mut always } else { &mut rules };
+                    kept.extend(self.declarations.rule(name, clauses, item.damaged))
                 }
                 ItemKind::Require { .. } => requirements.extend(self.declarations.requirement(item)),
                 ItemKind::Prefer { .. } => preferences.extend(self.declarations.preference(item)),
@@ -103,7 +106,7 @@ impl<'a> Assembly<'a> {
         let assembled = self.assemble(
             name,
             singles,
-            Derived { rules, fallbacks, requirements, preferences, examples, from },
+            Derived { rules, always, fallbacks, requirements, preferences, examples, from },
         );
         self.unknown_overrides(name.span);
         self.unused(&items, &rest);
@@ -357,6 +360,7 @@ impl<'a> Assembly<'a> {
                 _ => None,
             },
             rules: derived.rules,
+            always: derived.always,
             fallbacks: derived.fallbacks,
             requirements: derived.requirements,
             preferences: derived.preferences,

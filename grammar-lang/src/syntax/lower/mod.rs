@@ -464,6 +464,7 @@ impl<'a> Lowering<'a> {
                 RuleClauseKind::Repeat { over: Vec::new(), clauses: once(condition).chain(clauses).collect() }
             }
             Rule::then_clause => RuleClauseKind::Then,
+            Rule::always_clause => RuleClauseKind::Always,
             Rule::revert_clause => RuleClauseKind::Revert(self.expr(inner.next()?)?),
             Rule::fill_clause | Rule::paint_clause | Rule::clear_clause => return self.cells(node),
             _ => RuleClauseKind::Weight(self.expr(inner.next()?)?),

@@ -140,6 +140,7 @@ impl Declarations<'_> {
             RuleClauseKind::Weight(_) => "weight",
             RuleClauseKind::Revert(_) => "revert",
             RuleClauseKind::Then => "then",
+            RuleClauseKind::Always => "always",
             _ => return,
         };
         // What reads its names is not wrong.

@@ -285,7 +285,8 @@ impl Declarations<'_> {
             let ItemKind::Fallback { rule, condition, because } = &item.kind else { continue };
             let mut cx = Context::new(Stage::Derivation, item.damaged);
             let condition = self.expressions.expect(condition, &mut cx, &Ty::Bool, "what follows `when`");
-            if self.named(rule, "rule", |k| matches!(k, ItemKind::Rule(..))).is_none() {
+            let Some(named) = self.named(rule, "rule", |k| matches!(k, ItemKind::Rule(..))) else { continue };
+            if self.tell_of_always(rule, named) {
                 continue;
             }
             // A rule in which something is wrong has been reported.

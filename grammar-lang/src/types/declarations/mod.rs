@@ -20,7 +20,7 @@ mod observe;
 mod parts;
 mod phases;
 mod policies;
-mod rules;
+pub(in crate::types) mod rules;
 mod scenarios;
 mod searches;
 mod sensors;
@@ -71,6 +71,7 @@ impl Named {
             begin: Vec::new(),
             lattice: None,
             rules: Vec::new(),
+            always: Vec::new(),
             fallbacks: Vec::new(),
             requirements: Vec::new(),
             preferences: Vec::new(),

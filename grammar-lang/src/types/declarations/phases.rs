@@ -1,9 +1,10 @@
 //! Checks what a rule does, in which order: `then` stands between what it does first and what it does next, and a rule that takes a
-//! step back does nothing else.
+//! step back does nothing else. A rule that is carried out always only sets what follows from the design.
 
 use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::syntax::ast::{RuleClause, RuleClauseKind};
+use crate::source::Span;
+use crate::syntax::ast::{ItemKind, Name, RuleClause, RuleClauseKind};
 
 impl Declarations<'_> {
     /// Reports what a rule does beside taking a step back: the steps of a design would not lead to it.
@@ -21,6 +22,63 @@ impl Declarations<'_> {
                 .label("this would be part of no step, and lost when the design is made again")
                 .also(revert.span, "the step is reverted here")
                 .help("write two rules: one that reverts, and one for the rest"),
+            );
+        }
+    }
+
+    /// Reports what a rule that is carried out always cannot do: it is not drawn, and changes what parts are like, but not which there are.
+    pub(super) fn check_always(&mut self, clauses: &[RuleClause]) {
+        let mut all = clauses.iter().filter(|clause| matches!(clause.kind, RuleClauseKind::Always));
+        let Some(always) = all.next() else { return };
+        for again in all {
+            self.report(
+                Diagnostic::new(Code::DUPLICATE, again.span, "a rule has one `always`")
+                    .label("another one")
+                    .also(always.span, "the first one")
+                    .help("keep one of them"),
+            );
+        }
+        self.check_only_sets(clauses, always.span);
+    }
+
+    /// Reports a rule that is carried out always where one is named that is drawn, or is a step; whether it is one.
+    pub(super) fn tell_of_always(&mut self, name: &Name, declared: &ItemKind) -> bool {
+        let ItemKind::Rule(_, clauses) = declared else { return false };
+        let Some(always) = clauses.iter().find(|c| matches!(c.kind, RuleClauseKind::Always)) else {
+            return false;
+        };
+        let message = format!("`{}` is carried out after every step, and is none itself", name.text);
+        self.report(
+            Diagnostic::new(Code::BAD_VALUE, name.span, message)
+                .label("not a rule that is drawn")
+                .also(always.span, "it says `always`")
+                .help("take this out, or name another rule"),
+        );
+        true
+    }
+
+    fn check_only_sets(&mut self, clauses: &[RuleClause], always: Span) {
+        for clause in clauses {
+            let (word, help) = match &clause.kind {
+                RuleClauseKind::Match { .. } | RuleClauseKind::MatchNothing => ("match", OVER_ALL),
+                RuleClauseKind::Choose(..) => ("choose", NOT_DRAWN),
+                RuleClauseKind::Weight(_) => ("weight", NOT_DRAWN),
+                RuleClauseKind::Attach { .. } => ("attach", ONLY_SETS),
+                RuleClauseKind::Remove(_) => ("remove", ONLY_SETS),
+                RuleClauseKind::Replace { .. } => ("replace", ONLY_SETS),
+                RuleClauseKind::Revert(_) => ("revert", ONLY_SETS),
+                RuleClauseKind::Repeat { clauses, .. } => {
+                    self.check_only_sets(clauses, always);
+                    continue;
+                }
+                _ => continue,
+            };
+            let message = format!("`{word}` cannot stand in a rule with `always`");
+            self.report(
+                Diagnostic::new(Code::BAD_VALUE, clause.span, message)
+                    .label("it is carried out after every step")
+                    .also(always, "the rule says `always` here")
+                    .help(help),
             );
         }
     }
@@ -76,6 +134,10 @@ impl Declarations<'_> {
     }
 }
 
+const OVER_ALL: &str = "name all parts that it is about: `set s.load = 2 N for s in strut`";
+const NOT_DRAWN: &str = "take it out, or take `always` out: such a rule is never drawn";
+const ONLY_SETS: &str =
+    "write a rule of its own for it: what is carried out always only sets what parts are like";
 const KNOWN_BEFORE: &str =
     "move it above `then`: what a rule matches and chooses is known before it does anything";
 const IN_A_BLOCK: &str =
@@ -95,5 +157,11 @@ fn is_of_the_whole_rule(clause: &RuleClauseKind) -> bool {
 /// Whether a clause changes the design.
 fn does_something(clause: &RuleClauseKind) -> bool {
     !is_of_the_whole_rule(clause)
-        && !matches!(clause, RuleClauseKind::Let(..) | RuleClauseKind::Weight(_) | RuleClauseKind::Then)
+        && !matches!(
+            clause,
+            RuleClauseKind::Let(..)
+                | RuleClauseKind::Weight(_)
+                | RuleClauseKind::Then
+                | RuleClauseKind::Always
+        )
 }

@@ -46,6 +46,7 @@ impl Declarations<'_> {
         for (place, clause) in clauses.iter().enumerate() {
             match &clause.kind {
                 RuleClauseKind::Then => effects.push(ir::Effect::Then),
+                RuleClauseKind::Always => {}
                 RuleClauseKind::Guard(positive, condition) => {
                     let what = if *positive { "what follows `when`" } else { "what follows `unless`" };
                     // A guard is asked before the effects: it does not see what they make.
@@ -87,14 +88,20 @@ impl Declarations<'_> {
             }
         }
         if effects.is_empty() && !damaged && self.expressions.errors.len() == found {
+            let help = if is_always(clauses) {
+                "say what it sets: `set s.load = 2 N for s in strut`"
+            } else {
+                "say what it does: `attach`, `set`, `remove`, `replace` or `revert`; `fill`, `paint` or `clear` in a lattice"
+            };
             self.report(
                 Diagnostic::new(Code::NO_EFFECT, name.span, format!("the rule `{}` does nothing", name.text))
                     .label("without an effect")
-                    .help("say what it does: `attach`, `set`, `remove`, `replace` or `revert`; `fill`, `paint` or `clear` in a lattice"),
+                    .help(help),
             );
         }
         self.check_twice(clauses);
         self.check_phases(clauses, damaged);
+        self.check_always(clauses);
         self.check_reversion(clauses);
         self.check_space(clauses);
         if !damaged && self.expressions.errors.len() == found {
@@ -680,11 +687,17 @@ fn bound_within(clauses: &[RuleClause]) -> Vec<&Name> {
     names.collect()
 }
 
-/// Which clauses of a rule give a name to a value that reads what lines above them make, or stand below `then`.
+/// Whether a rule is never drawn, but carried out after `begin` and after each step.
+pub(in crate::types) fn is_always(clauses: &[RuleClause]) -> bool {
+    clauses.iter().any(|clause| matches!(clause.kind, RuleClauseKind::Always))
+}
+
+/// Which clauses of a rule give a name to a value that reads what lines above them make, or stand below `then`; of a rule that is
+/// carried out always, all that do.
 fn late_values(clauses: &[RuleClause]) -> Vec<usize> {
     let mut made: Vec<&str> = Vec::new();
     let mut late = Vec::new();
-    let mut after_others = false;
+    let mut after_others = is_always(clauses);
     for (place, clause) in clauses.iter().enumerate() {
         after_others |= matches!(clause.kind, RuleClauseKind::Then);
         if let RuleClauseKind::Let(name, value) = &clause.kind {
