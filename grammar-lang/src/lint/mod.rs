@@ -32,10 +32,12 @@ mod negative_weight;
 mod never_applies;
 mod never_drawn;
 mod never_matches;
+mod never_turns;
 mod no_grip;
 mod no_possible_value;
 mod no_room;
 mod no_spread;
+mod no_such_param;
 mod no_such_port;
 mod no_value;
 mod nothing_drawn;
@@ -93,6 +95,7 @@ const EXACT: &[Lint] = &[
 /// comes before the condition that asks for it.
 const SOUND: &[Lint] = &[
     no_such_port::check,
+    no_such_param::check,
     other_joint::check,
     never_applies::check,
     out_of_reach::check,
@@ -136,6 +139,7 @@ const DOUBTFUL: &[Lint] = &[
     no_grip::check,
     no_grip::slopes,
     still_drive::check,
+    never_turns::check,
     against_requirements::check,
     first_of_several::check,
     said_twice::check,
