@@ -181,6 +181,49 @@ fn those_carried_out_always_follow_each_other() {
     run_example(&rules, "one", &rules.examples["one"]).unwrap();
 }
 
+/// What passes from part to part settles in the same step, so it does not matter how a body was made: after a step is taken back, it is what its
+/// other steps make.
+#[test]
+fn what_passes_from_part_to_part_settles() {
+    let limbs = "part limb {
+  param wide : Length in 3 mm .. 20 mm = 10 mm
+  shape    = box(2 cm, wide, wide)
+  density  = 1 g/cm^3
+  friction = 0.5
+  port back  at vector(-1 cm, 0 mm, 0 mm) facing vector(-1, 0, 0)
+  port front at vector(1 cm, 0 mm, 0 mm)  facing vector(1, 0, 0)
+}
+rule tapers {\n always\n set l.wide = max(0.8 * l.holder.wide, 3 mm) for l in limb where l.holder is limb\n}
+rule widen {\n choose w in 3 mm .. 20 mm\n set first.wide = w\n}
+rule grow {\n match p : limb with free port q where q is front\n attach limb to q as l\n}
+";
+    let sledge = SLEDGE.replace(
+        "  place b    : tray to s.front\n",
+        "  place b    : tray to s.front\n  place first : limb to b.front\n",
+    );
+    let clauses = "step a = grow(p = first, q = first.front)
+         step b2 = grow(p = a.l, q = a.l.front)
+         step more = grow(p = b2.l, q = b2.l.front)
+         step w = widen(w = 20 mm)
+         expect abs(b2.l.wide - 12.8 mm) < 1 um
+         expect abs(more.l.wide - 10.24 mm) < 1 um
+         step less = undo(done = more)
+         expect abs(b2.l.wide - 12.8 mm) < 1 um and count(limb) == 3";
+    let rules = compiled(&format!("grammar feature\n{sledge}\n{limbs}\nexample one {{\n{clauses}\n}}"));
+    let made = run_example(&rules, "one", &rules.examples["one"]).unwrap();
+    let again = Derivation::replay(&rules, &made.steps).unwrap();
+    assert_eq!(again.design, made.design);
+}
+
+#[test]
+fn what_never_settles_is_an_error() {
+    let always = "rule flips {\n always\n set b.load = 100 g - b.load\n}\n";
+    let sledge = SLEDGE.replace("b    : tray to", "b    : tray(load = 20 g) to");
+    let rules = compiled(&format!("grammar feature\n{sledge}\n{always}"));
+    let found = check_start(&rules).unwrap();
+    assert!(format!("{found:?}").contains("does not settle"), "{found:?}");
+}
+
 #[test]
 fn a_beginning_where_it_cannot_be_carried_out_is_an_error() {
     let always = "rule springs_carry {\n always\n set s.carries = 10 * b.mass\n}\n";

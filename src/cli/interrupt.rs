@@ -2,7 +2,8 @@
 //!
 //! A search asks often whether it is to stop, but not everywhere: one expression, one move of the rules or one step of a
 //! large lattice may take long. Where nobody has heard a signal within a second, the process leaves by itself. What is
-//! on the disk is whole at every moment, so nothing is lost but the work since the last checkpoint.
+//! on the disk is whole at every moment, so nothing is lost but the work since the last checkpoint. The end of `--time` is heard
+//! in the same way.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -40,6 +41,14 @@ pub(super) fn listen() -> &'static AtomicBool {
         }
     });
     &STOP
+}
+
+/// Cuts what does not hear that the time is up, as it does with signals.
+pub(super) fn cut_after(deadline: Instant) {
+    std::thread::spawn(move || {
+        std::thread::sleep(deadline.saturating_duration_since(Instant::now()));
+        cut_what_hears_nothing();
+    });
 }
 
 fn cut_what_hears_nothing() {

@@ -52,6 +52,7 @@ impl Session<'_> {
         if !folder.is_replacing() {
             interrupt::saved(folder.path());
         }
+        deadline.into_iter().for_each(interrupt::cut_after);
         let threads = jobs.now();
         let limits = Limits {
             seed: asked.seed,

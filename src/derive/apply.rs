@@ -2,8 +2,9 @@
 
 use std::borrow::Cow;
 use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 
-use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
+use grammar_lang::eval::{EvalError, MOST_OPERATIONS, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{
     Cells, DesignWord, Effect, Expr, ExprKind, Holding, Match, Painting, Rule, RuleSet, Spread, Symmetry,
     Word,
@@ -16,6 +17,10 @@ use super::scope::DesignScope;
 use super::{Derivation, Unrepeatable};
 use crate::design::step_of;
 use crate::design::{Attachment, Design, PartId, Refusal};
+
+/// How often the rules with `always` are carried out after a step until they settle. What passes from part to part settles after as many times as
+/// the body is deep.
+const MOST_PASSES: usize = 256;
 
 /// Why a rule could not be applied.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,6 +35,8 @@ pub enum Blocked {
     Needed,
     /// The body is the same as before, as after turning a ball.
     NoChange,
+    /// What is carried out after each step never comes to an end.
+    Unsettled,
     /// An expression of the rule, or a requirement on what it makes, has no value.
     NoValue(EvalError),
 }
@@ -68,6 +75,7 @@ impl Blocked {
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| r.name.clone()),
             Self::Needed => "needed by a later step".to_owned(),
             Self::NoChange => "no change".to_owned(),
+            Self::Unsettled => "not settled".to_owned(),
             Self::NoValue(_) => "no value".to_owned(),
         }
     }
@@ -123,6 +131,9 @@ impl Blocked {
             }),
             Self::Needed => "a later step needs it".to_owned(),
             Self::NoChange => "it changes nothing".to_owned(),
+            Self::Unsettled => format!(
+                "what rules with `always` set does not settle: after {MOST_PASSES} times they still change the design"
+            ),
             Self::NoValue(error) => format!("an expression has no value: {}", error.reason),
         }
     }
@@ -194,20 +205,32 @@ impl Derivation {
         self.design.overlapping(rules)
     }
 
-    /// Carries out the rules that are carried out after each step. Each reads the design as those before it have left it.
+    /// Carries out the rules that are carried out after each step, until they change nothing any more: so the design does not depend on how
+    /// often they were. Each reads the design as those before it have left it.
     pub(super) fn carry_out_always(&mut self, rules: &RuleSet) -> Result<(), Blocked> {
-        for rule in &rules.always {
-            let before = self.clone();
-            let scope = DesignScope::new(rules, &before);
-            let mut holds = true;
-            for guard in &rule.guards {
-                holds &= evaluate(&guard.condition, &scope, &mut Vec::new())? == Value::Bool(true);
+        if rules.always.is_empty() {
+            return Ok(());
+        }
+        let left = AtomicU64::new(MOST_OPERATIONS);
+        for _ in 0..MOST_PASSES {
+            let start = self.design.clone();
+            for rule in &rules.always {
+                let before = self.clone();
+                let scope = DesignScope::new(rules, &before).within(&left);
+                let mut holds = true;
+                for guard in &rule.guards {
+                    holds &= evaluate(&guard.condition, &scope, &mut Vec::new())? == Value::Bool(true);
+                }
+                if holds {
+                    let under_way = UnderWay::new(self.next, &rule.effects, &left);
+                    before.carry_out_as(under_way, self, rules, &rule.effects, &[])?;
+                }
             }
-            if holds {
-                before.carry_out(self, rules, &rule.effects, &[], self.next)?;
+            if self.design == start {
+                return Ok(());
             }
         }
-        Ok(())
+        Err(Blocked::Unsettled)
     }
 
     /// Carries out effects on `next`, as step number `step`. They read the design before the step, or as it is at the last `then` above
@@ -220,9 +243,20 @@ impl Derivation {
         locals: &[Value],
         step: u64,
     ) -> Result<Vec<(usize, PartId)>, Blocked> {
+        let left = AtomicU64::new(MOST_OPERATIONS);
+        let under_way = UnderWay::new(step, effects, &left);
+        self.carry_out_as(under_way, next, rules, effects, locals)
+    }
+
+    fn carry_out_as<'e>(
+        &self,
+        mut under_way: UnderWay<'e>,
+        next: &mut Self,
+        rules: &RuleSet,
+        effects: &'e [Effect],
+        locals: &[Value],
+    ) -> Result<Vec<(usize, PartId)>, Blocked> {
         let mut locals = locals.to_vec();
-        let mut under_way =
-            UnderWay { step, room: 0, begun: false, makers: Effect::makers(effects), made: Vec::new() };
         let mut before = Cow::Borrowed(self);
         for effect in effects {
             if matches!(effect, Effect::Then) {
@@ -250,7 +284,9 @@ impl Derivation {
             // What was made so far can be read while more is made.
             let made = under_way.begun.then(|| next.design.clone());
             under_way.begun = true;
-            let scope = DesignScope::new(rules, self).with_made(made.as_ref().unwrap_or(&self.design));
+            let scope = DesignScope::new(rules, self)
+                .with_made(made.as_ref().unwrap_or(&self.design))
+                .within(under_way.left);
             let values = self.carry_out_one(next, effect, &scope, locals, under_way)?;
             locals.extend(values);
         }

@@ -1,5 +1,7 @@
 //! Effects that are repeated: `for i in 0 .. 3`, `for w in wheel`.
 
+use std::sync::atomic::AtomicU64;
+
 use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
 use grammar_lang::ir::{Binder, Effect, ExprKind, MadeList};
 
@@ -18,9 +20,16 @@ pub(super) struct UnderWay<'e> {
     pub(super) makers: Vec<&'e Effect>,
     /// What was made so far, with the number of the effect that made it.
     pub(super) made: Vec<(usize, PartId)>,
+    /// How many operations all its expressions may still take together.
+    pub(super) left: &'e AtomicU64,
 }
 
-impl UnderWay<'_> {
+impl<'e> UnderWay<'e> {
+    /// A step that begins, with its effects.
+    pub(super) fn new(step: u64, effects: &'e [Effect], left: &'e AtomicU64) -> Self {
+        Self { step, room: 0, begun: false, makers: Effect::makers(effects), made: Vec::new(), left }
+    }
+
     /// The lists of what a block has made: all that was made since there were `before` parts.
     pub(super) fn lists(
         &self,

@@ -1,5 +1,7 @@
 //! What the expressions of the derivation can read: the design so far.
 
+use std::sync::atomic::AtomicU64;
+
 use grammar_lang::eval::{Domain, Made, Reference, Scope, Value};
 use grammar_lang::ir::{
     Attribute, CellAttribute, DesignFunction, DesignWord, Group, JointAttribute, JointKind, Lattice,
@@ -16,13 +18,15 @@ pub struct DesignScope<'a> {
     temperature: Option<f64>,
     /// The design with what the rule has made so far.
     made: Option<&'a Design>,
+    /// How many operations all that is evaluated may still take together.
+    left: Option<&'a AtomicU64>,
 }
 
 impl<'a> DesignScope<'a> {
     /// Sees a design.
     #[must_use]
     pub fn new(rules: &'a RuleSet, derivation: &'a Derivation) -> Self {
-        Self { rules, derivation, temperature: None, made: None }
+        Self { rules, derivation, temperature: None, made: None, left: None }
     }
 
     /// Sees the temperature, too.
@@ -36,6 +40,12 @@ impl<'a> DesignScope<'a> {
     #[must_use]
     pub fn with_made(mut self, made: &'a Design) -> Self {
         self.made = Some(made);
+        self
+    }
+
+    /// With so many operations for all that is evaluated together.
+    pub(super) fn within(mut self, left: &'a AtomicU64) -> Self {
+        self.left = Some(left);
         self
     }
 
@@ -230,6 +240,10 @@ fn part(value: &Value) -> Option<PartId> {
 impl Scope for DesignScope<'_> {
     fn outer(&self) -> Option<&dyn Scope> {
         Some(self.rules)
+    }
+
+    fn left(&self) -> Option<&AtomicU64> {
+        self.left
     }
 
     fn word(&self, word: Word) -> Option<Value> {
