@@ -51,6 +51,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("for", "for"),
     ("if", "if"),
     ("then", "then"),
+    ("always", "always"),
     ("set", "set"),
     ("remove", "remove"),
     ("replace", "replace"),

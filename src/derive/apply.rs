@@ -6,8 +6,7 @@ use std::sync::atomic::AtomicU64;
 
 use grammar_lang::eval::{EvalError, MOST_OPERATIONS, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{
-    Cells, DesignWord, Effect, Expr, ExprKind, Holding, Match, Painting, Rule, RuleSet, Spread, Symmetry,
-    Word,
+    Cells, Effect, Expr, ExprKind, Holding, Match, Painting, Rule, RuleSet, Spread, Symmetry, Word,
 };
 
 use super::choosing::domain_of;
@@ -173,36 +172,6 @@ impl Derivation {
         }
         next.next += 1;
         Ok((next, made))
-    }
-
-    /// The kinds of two parts that would overlap if a rule were applied, where a requirement asks that none do.
-    #[must_use]
-    pub fn would_overlap(
-        &self,
-        rules: &RuleSet,
-        rule: &Rule,
-        locals: &[Value],
-        broken: usize,
-    ) -> Option<String> {
-        let mut next = self.clone();
-        self.carry_out(&mut next, rules, &rule.effects, locals, self.next).ok()?;
-        next.carry_out_always(rules).ok()?;
-        let (first, second) = next.overlap(rules, broken)?;
-        let (a, b) = (next.design.parts.get(&first)?, next.design.parts.get(&second)?);
-        let bent =
-            a.begins_bent().or_else(|| b.begins_bent()).map_or_else(String::new, |bent| format!("; {bent}"));
-        let its_image =
-            a.image_of.is_some_and(|of| b.image_of == Some(of) || of == second) || b.image_of == Some(first);
-        let other = if its_image { "its image".to_owned() } else { format!("`{}`", b.kind) };
-        Some(format!("`{}` and {other}{bent}", a.kind))
-    }
-
-    /// Two parts that overlap, where a requirement asks that none do.
-    #[must_use]
-    pub fn overlap(&self, rules: &RuleSet, broken: usize) -> Option<(PartId, PartId)> {
-        let asks = |e: &Expr| matches!(&e.kind, ExprKind::Word(Word::Design(DesignWord::NoOverlap)));
-        rules.requirements.get(broken)?.condition.any(&mut |e| asks(e)).then_some(())?;
-        self.design.overlapping(rules)
     }
 
     /// Carries out the rules that are carried out after each step, until they change nothing any more: so the design does not depend on how

@@ -176,7 +176,9 @@ fn apply(
         blocked => {
             let mut reason = blocked.sentence(rules);
             if let Blocked::Requirement(broken) = blocked
-                && let Some(which) = derivation.would_overlap(rules, rule, &locals, broken)
+                && let Some(which) = derivation
+                    .would_overlap(rules, rule, &locals, broken)
+                    .or_else(|| derivation.would_be(rules, rule, &locals, broken))
             {
                 reason += &format!(" ({which})");
             }

@@ -6,6 +6,7 @@
 //! that rule is out for this move, and another is drawn.
 
 mod apply;
+mod broken;
 mod candidate;
 mod choosing;
 mod divisors;

@@ -75,8 +75,8 @@ impl<'a> DesignScope<'a> {
                 let frames = ports(design.parts.get(&id)?);
                 Value::Number(frames.get(port as usize)?.number)
             }
-            PortAttribute::Place => Value::Vector(design.place_of_port(id, port)?),
-            PortAttribute::Facing => Value::Vector(design.facing_of_port(id, port)?),
+            PortAttribute::Place => Value::Vector(design.attached().place_of_port(id, port)?),
+            PortAttribute::Facing => Value::Vector(design.attached().facing_of_port(id, port)?),
             PortAttribute::PlaceAtRest => Value::Vector(design.at_rest(self.rules).place_of_port(id, port)?),
             PortAttribute::FacingAtRest => {
                 Value::Vector(design.at_rest(self.rules).facing_of_port(id, port)?)
@@ -122,13 +122,13 @@ impl<'a> DesignScope<'a> {
                 let (holder, port) = part.held_by?;
                 reference(Reference::Port(holder, port))
             }
-            PartAttribute::Place => Value::Vector(design.place(id)?),
-            PartAttribute::Centre => Value::Vector(design.centre(id)?),
+            PartAttribute::Place => Value::Vector(design.attached().place(id)?),
+            PartAttribute::Centre => Value::Vector(design.attached().centre(id)?),
             PartAttribute::LeastCorner => Value::Vector(design.corners(self.rules, id)?[0]),
             PartAttribute::GreatestCorner => Value::Vector(design.corners(self.rules, id)?[1]),
-            PartAttribute::Facing => Value::Vector(design.axis(id, 0)?),
-            PartAttribute::Upward => Value::Vector(design.axis(id, 1)?),
-            PartAttribute::Sideways => Value::Vector(design.axis(id, 2)?),
+            PartAttribute::Facing => Value::Vector(design.attached().axis(id, 0)?),
+            PartAttribute::Upward => Value::Vector(design.attached().axis(id, 1)?),
+            PartAttribute::Sideways => Value::Vector(design.attached().axis(id, 2)?),
             PartAttribute::PlaceAtRest => Value::Vector(design.at_rest(self.rules).place(id)?),
             PartAttribute::FacingAtRest => Value::Vector(design.at_rest(self.rules).axis(id, 0)?),
             PartAttribute::UpwardAtRest => Value::Vector(design.at_rest(self.rules).axis(id, 1)?),

@@ -4,13 +4,13 @@ use grammar_lang::Compiled;
 use grammar_lang::bounds::Begun;
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{EvalError, PartId, Value, evaluate};
-use grammar_lang::ir::{Expr, ExprKind, Operator, Placed, RuleSet, Symmetry};
+use grammar_lang::ir::{Placed, RuleSet, Symmetry};
 
 use grammar_lang::names::with_changes;
 use grammar_lang::source::{FileId, SourceMap};
-use grammar_lang::units;
 
 use super::apply::{Blocked, attachment};
+use super::broken::compared;
 use super::{Derivation, DesignScope, run_example};
 use crate::design::CORE;
 use crate::design::{Design, Refusal};
@@ -71,32 +71,13 @@ fn place(rules: &RuleSet, derivation: &mut Derivation, placed: &Placed) -> Resul
     Ok(())
 }
 
-/// What the left side of a comparison is for a design, and what it must be.
-fn compared(rules: &RuleSet, design: &Derivation, condition: &Expr) -> Option<(String, String)> {
-    let ExprKind::Binary(left, operator, right) = &condition.kind else { return None };
-    let must = match operator {
-        Operator::Less => "less than ",
-        Operator::LessEqual => "at most ",
-        Operator::Greater => "more than ",
-        Operator::GreaterEqual => "at least ",
-        Operator::Equal => "",
-        _ => return None,
-    };
-    let scope = DesignScope::new(rules, design);
-    let shown = |side: &Expr| {
-        let number = evaluate(side, &scope, &mut Vec::new()).ok()?.as_number()?;
-        Some(units::shown(number, side.ty.dimension()?))
-    };
-    Some((shown(left)?, format!("{must}{}", shown(right)?)))
-}
-
-/// What `begin` calls a part, or the part whose image it is.
 /// What helps where a part that overlaps another begins with its joint elsewhere than it is attached.
 fn bent(start: &Derivation, rules: &RuleSet, broken: usize) -> Option<String> {
     let (a, b) = start.overlap(rules, broken)?;
     [a, b].into_iter().find_map(|id| start.design.parts.get(&id)?.begins_bent())
 }
 
+/// What `begin` calls a part, or the part whose image it is.
 fn called(start: &Derivation, id: PartId) -> String {
     let design = &start.design;
     let name = |id: PartId| design.placed.iter().find(|(_, placed)| **placed == id).map(|(name, _)| name);

@@ -12,55 +12,16 @@ use super::{Body, Design, PartId};
 const GRID: f64 = 1e-9;
 
 impl Design {
-    /// The origin of a part's frame, m.
+    /// Where parts and ports are in the body as it is attached, with every joint at 0.
     #[must_use]
-    pub fn place(&self, id: PartId) -> Option<[f64; 3]> {
-        Some(place(&self.parts.get(&id)?.pose))
+    pub fn attached(&self) -> Posture<'_> {
+        Posture { design: self, at_rest: None }
     }
 
-    /// The centre of mass of a part, m: of a block the middle of its shape, of a row the middle between base and tip.
+    /// Where they are as a motion begins: passive joints are then where their springs rest, and driven ones where they start.
     #[must_use]
-    pub fn centre(&self, id: PartId) -> Option<[f64; 3]> {
-        let part = self.parts.get(&id)?;
-        let middle = match part.made.as_deref() {
-            Some(Made::Actuator(_)) => {
-                let ends = ports(part);
-                let sum: Vector3<f64> = ends.iter().map(|end| end.frame.translation.vector).sum();
-                sum / ends.len() as f64
-            }
-            _ => Vector3::zeros(),
-        };
-        Some(place(&(part.pose * Translation3::from(middle))))
-    }
-
-    /// Where the x, y or z axis (0, 1, 2) of a part points, a unit vector.
-    #[must_use]
-    pub fn axis(&self, id: PartId, axis: usize) -> Option<[f64; 3]> {
-        let own = [Vector3::x(), Vector3::y(), Vector3::z()];
-        Some(direction(&self.parts.get(&id)?.pose, own.get(axis)?))
-    }
-
-    /// The place of a port, m.
-    #[must_use]
-    pub fn place_of_port(&self, id: PartId, port: u8) -> Option<[f64; 3]> {
-        Some(place(&self.pose_of_port(id, port)?))
-    }
-
-    /// Where a port points, a unit vector.
-    #[must_use]
-    pub fn facing_of_port(&self, id: PartId, port: u8) -> Option<[f64; 3]> {
-        Some(direction(&self.pose_of_port(id, port)?, &Vector3::x()))
-    }
-
-    fn pose_of_port(&self, id: PartId, port: u8) -> Option<Isometry3<f64>> {
-        let part = self.parts.get(&id)?;
-        Some(part.pose * ports(part).get(port as usize)?.frame)
-    }
-
-    /// The same as a motion begins: passive joints are then where their springs rest, and driven ones where they start.
-    #[must_use]
-    pub fn at_rest(&self, rules: &RuleSet) -> AtRest<'_> {
-        AtRest { design: self, body: Body::of_parts(self, rules) }
+    pub fn at_rest(&self, rules: &RuleSet) -> Posture<'_> {
+        Posture { design: self, at_rest: Some(Body::of_parts(self, rules)) }
     }
 
     /// The height of the lowest point of a part as a motion begins, m: passive joints are then where their springs rest.
@@ -87,23 +48,36 @@ impl Design {
     }
 }
 
-/// Where parts and ports are as a motion begins.
-pub struct AtRest<'d> {
+/// A posture of the body: where its parts and ports are.
+pub struct Posture<'d> {
     design: &'d Design,
-    body: Body,
+    /// The body that they are of, if it is that with which a motion begins.
+    at_rest: Option<Body>,
 }
 
-impl AtRest<'_> {
+impl Posture<'_> {
     /// The origin of a part's frame, m.
     #[must_use]
     pub fn place(&self, id: PartId) -> Option<[f64; 3]> {
         Some(place(&self.frame(id, 0)?))
     }
 
-    /// The centre of mass of a part, m.
+    /// The centre of mass of a part, m. Of a row as it is attached, this is the middle between base and tip.
     #[must_use]
     pub fn centre(&self, id: PartId) -> Option<[f64; 3]> {
-        let elements = || self.body.elements_of(id).filter_map(|i| self.body.assembly.elements.get(i));
+        let Some(body) = &self.at_rest else {
+            let part = self.design.parts.get(&id)?;
+            let middle = match part.made.as_deref() {
+                Some(Made::Actuator(_)) => {
+                    let ends = ports(part);
+                    let sum: Vector3<f64> = ends.iter().map(|end| end.frame.translation.vector).sum();
+                    sum / ends.len() as f64
+                }
+                _ => Vector3::zeros(),
+            };
+            return Some(place(&(part.pose * Translation3::from(middle))));
+        };
+        let elements = || body.elements_of(id).filter_map(|i| body.assembly.elements.get(i));
         let mass: f64 = elements().map(|element| element.mass).sum();
         let moment: Vector3<f64> = elements().map(|e| e.pose.translation.vector * e.mass).sum();
         (mass > 0.0).then(|| place(&Translation3::from(moment / mass).into()))
@@ -132,8 +106,13 @@ impl AtRest<'_> {
         Some(self.frame(id, port)? * ports(self.design.parts.get(&id)?).get(port as usize)?.frame)
     }
 
+    /// The frame of a part that one of its ports is given in.
     fn frame(&self, id: PartId, port: u8) -> Option<Isometry3<f64>> {
-        self.body.frame_at_rest(id, self.design.parts.get(&id)?, port)
+        let part = self.design.parts.get(&id)?;
+        match &self.at_rest {
+            Some(body) => body.frame_at_rest(id, part, port),
+            None => Some(part.pose),
+        }
     }
 }
 
