@@ -454,3 +454,20 @@ fn nested_blocks_have_one_limit() {
     assert!(apply(&rules, &one, "few", &[]).is_some());
     assert!(apply(&rules, &one, "many", &[]).is_none());
 }
+
+#[test]
+fn an_example_tells_what_a_broken_requirement_compares() {
+    let name = "grammars/codesign.sgr";
+    let text = read(name);
+    let own = text.lines().find(|line| line.starts_with("param max_parts")).unwrap();
+    let few = own.replace("= 20", "= 2");
+    assert_ne!(few, own);
+    let step = "step a = add_block(p = core, q = core.left, what = cube, turn = 0 deg)";
+    let mut texts = crate::support::texts();
+    texts.insert(name.into(), text.replace(own, &few) + "\nexample many {\n" + step + "\n}\n");
+    let rules = crate::support::compile_texts(&texts, name).unwrap();
+    let failure = sgc::derive::run_example(&rules, "many", &rules.examples["many"]).unwrap_err();
+    let reason = &failure.labels[0].text;
+    assert!(reason.contains("`few_parts` would be broken"), "{reason}");
+    assert!(reason.ends_with("(it is 3, and must be at most 2)"), "{reason}");
+}
