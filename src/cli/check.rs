@@ -194,7 +194,7 @@ fn summary(checked: &[Checked]) -> String {
         [Checked { rules: Some(rules), .. }] => format!(
             "grammar {}: {}, {}, {found}",
             rules.name,
-            plural(rules.rules.len(), "rule"),
+            plural(rules.rules.len() + rules.always.len(), "rule"),
             plural(rules.requirements.len(), "requirement")
         ),
         [one] if !one.is_grammar && all == 0 => format!("a module, {found}"),
