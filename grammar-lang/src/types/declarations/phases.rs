@@ -3,6 +3,7 @@
 
 use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::Painting;
 use crate::source::Span;
 use crate::syntax::ast::{ItemKind, Name, RuleClause, RuleClauseKind};
 
@@ -67,6 +68,8 @@ impl Declarations<'_> {
                 RuleClauseKind::Remove(_) => ("remove", ONLY_SETS),
                 RuleClauseKind::Replace { .. } => ("replace", ONLY_SETS),
                 RuleClauseKind::Revert(_) => ("revert", ONLY_SETS),
+                RuleClauseKind::Cells { how: Painting::Fill, .. } => ("fill", ONLY_SETS),
+                RuleClauseKind::Cells { how: Painting::Clear, .. } => ("clear", ONLY_SETS),
                 RuleClauseKind::Repeat { clauses, .. } => {
                     self.check_only_sets(clauses, always);
                     continue;
