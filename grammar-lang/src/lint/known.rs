@@ -51,6 +51,12 @@ impl<'r> Known<'r> {
         self.ruleset.rules.iter().zip(&self.locals)
     }
 
+    /// The same, and those that are carried out always, which match and choose nothing.
+    pub(super) fn all_rules(&self) -> impl Iterator<Item = (&'r Rule, &[Abstract])> {
+        let drawn = self.rules().map(|(rule, locals)| (rule, locals.narrowed.as_slice()));
+        drawn.chain(self.ruleset.always.iter().map(|rule| (rule, &[][..])))
+    }
+
     /// The kinds of actuators that tasks drive.
     pub(super) fn actuated(&self) -> impl Iterator<Item = Actuated<'r>> {
         let ruleset = self.ruleset;

@@ -7,9 +7,7 @@ use crate::ir::{Effect, Expr, Settable};
 use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
-    let nothing = Vec::new();
-    let drawn = known.rules().map(|(rule, locals)| (rule, &locals.narrowed));
-    for (rule, locals) in drawn.chain(known.ruleset.always.iter().map(|rule| (rule, &nothing))) {
+    for (rule, locals) in known.all_rules() {
         known.reasoning(locals).through_effects(
             &rule.effects,
             Repeated::Together,

@@ -22,11 +22,8 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
     let ruleset = known.ruleset;
     let mut all = Vec::new();
     let mut add = |exprs: Vec<&'r Expr>, locals: Vec<Abstract>| all.push(Scoped { exprs, locals });
-    // A rule that is carried out always matches and chooses nothing.
-    let nothing = Vec::new();
-    let drawn = known.rules().map(|(rule, locals)| (rule, &locals.narrowed));
-    for (rule, locals) in drawn.chain(ruleset.always.iter().map(|rule| (rule, &nothing))) {
-        add(before_effects(rule), locals.clone());
+    for (rule, locals) in known.all_rules() {
+        add(before_effects(rule), locals.to_vec());
         known.reasoning(locals).through_effects(
             &rule.effects,
             Repeated::Together,
