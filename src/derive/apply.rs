@@ -299,6 +299,11 @@ impl Derivation {
                 next.design.set(rules, id, attribute, &value)?;
                 None
             }
+            Effect::SetOfBody { name, value } => {
+                let value = evaluate(value, scope, locals)?;
+                next.design.set_of_body(rules, name, &value)?;
+                None
+            }
             Effect::Remove(part) => {
                 let id = part_in(part, scope, locals)?;
                 next.design.remove(id)?;

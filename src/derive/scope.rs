@@ -268,6 +268,10 @@ impl Scope for DesignScope<'_> {
         }
     }
 
+    fn of_body(&self, name: &str) -> Option<Value> {
+        self.design().values.get(name).cloned()
+    }
+
     fn placed(&self, name: &str) -> Option<Value> {
         self.design().placed.get(name).map(|id| Value::Reference(Reference::Part(*id)))
     }

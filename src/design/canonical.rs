@@ -73,9 +73,8 @@ fn describe(part: &Part, order: Order) -> String {
     let params: Vec<String> = own
         .into_iter()
         .map(|(name, value)| match value {
-            Value::Number(x) => format!("{name}={}", x.to_bits()),
             Value::Pattern(pattern) => format!("{name}={pattern}"),
-            other => format!("{name}={other:?}"),
+            other => of_body(name, other),
         })
         .collect();
     let hand = if part.is_seen_in_mirror() { " mirrored" } else { "" };
@@ -103,8 +102,17 @@ pub(super) fn pieces(design: &Design) -> Vec<String> {
             format!("{} held by {holder}", described(*id))
         })
         .collect();
+    pieces.extend(design.values.iter().map(|(name, value)| of_body(name, value)));
     pieces.sort_unstable();
     pieces
+}
+
+/// A value of the body.
+fn of_body(name: &str, value: &Value) -> String {
+    match value {
+        Value::Number(x) => format!("{name}={}", x.to_bits()),
+        other => format!("{name}={other:?}"),
+    }
 }
 
 pub(super) fn hash(design: &Design, order: Order) -> String {
@@ -126,6 +134,10 @@ pub(super) fn hash(design: &Design, order: Order) -> String {
         hasher.update(b"\n");
     }
     hasher.update(format!("{joints:?}").as_bytes());
+    // Rules and objectives read them, even where no part does.
+    for (name, value) in &design.values {
+        hasher.update(format!("\n{}", of_body(name, value)).as_bytes());
+    }
     hex(&hasher.finalize())
 }
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{KindValue, Made, Unmade, Value};
-use grammar_lang::ir::{Kind, RuleSet, Settable};
+use grammar_lang::eval::{KindValue, Made, Unmade, Value, WithValues};
+use grammar_lang::ir::{Kind, RuleSet, Settable, Ty};
 use grammar_lang::units;
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
@@ -64,7 +64,7 @@ impl Design {
         }
         let id = self.next_id(step)?;
         let image = image_of.map_or(0, |(_, k)| k as u8);
-        let (params, made) = params(rules, &attachment.kind, &attachment.params, image)?;
+        let (params, made) = params(&self.known(rules), &attachment.kind, &attachment.params, image)?;
         let mut part = Part {
             kind: attachment.kind.clone(),
             params,
@@ -128,10 +128,25 @@ impl Design {
                 Settable::Param(name) => {
                     in_domain(rules, &part.kind, name, value)?;
                     part.params.insert(name.clone(), value.clone());
-                    part.made = made(rules, &part.kind, &part.params, part.image)?;
+                    let known = WithValues { rules, values: &self.values };
+                    part.made = made(&known, &part.kind, &part.params, part.image)?;
                 }
             }
         }
+        self.place_all(rules)?;
+        self.check_symmetry(rules)
+    }
+
+    /// Sets what a parameter of the grammar is in this body, and works out again what its parts are.
+    ///
+    /// # Errors
+    ///
+    /// A [`Refusal`]; the design is then to be thrown away.
+    pub fn set_of_body(&mut self, rules: &RuleSet, name: &str, value: &Value) -> Result<(), Refusal> {
+        let declared = rules.params.get(name).ok_or(Refusal::Gone)?;
+        is_within(name, (&declared.ty, declared.domain), value)?;
+        self.values.insert(name.to_owned(), value.clone());
+        self.remake(rules).map_err(Refusal::NoSuchPart)?;
         self.place_all(rules)?;
         self.check_symmetry(rules)
     }
@@ -213,7 +228,7 @@ impl Design {
         let (near, far) = ends(rules, &with.name);
         let before = self.parts.shift_remove(&old).ok_or(Refusal::Gone)?;
         let holder = before.held_by.map(|(h, _)| h);
-        let (params, made) = params(rules, &with.name, &with.params, before.image)?;
+        let (params, made) = params(&self.known(rules), &with.name, &with.params, before.image)?;
         let mut part = Part { kind: with.name.clone(), params, made, holding: near, step, ..before.clone() };
         if let Some((a, b)) = between
             && holder != Some(a)
@@ -319,10 +334,19 @@ fn normal_turn(turn: f64) -> f64 {
 
 pub(super) fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) -> Result<(), Refusal> {
     let declared = rules.params_of(kind).and_then(|params| params.get(name));
+    let lacks = || Refusal::BadParameter {
+        name: name.to_owned(),
+        why: format!("`{kind}` has no such parameter"),
+    };
+    let declared = declared.ok_or_else(lacks)?;
+    is_within(name, (&declared.ty, declared.domain), value)
+}
+
+/// Whether a parameter of this type and domain can have a value.
+fn is_within(name: &str, (ty, domain): (&Ty, Option<(f64, f64)>), value: &Value) -> Result<(), Refusal> {
     let bad = |why: String| Refusal::BadParameter { name: name.to_owned(), why };
-    let declared = declared.ok_or_else(|| bad(format!("`{kind}` has no such parameter")))?;
-    let shown = |x: f64| units::shown(x, declared.ty.dimension().unwrap_or_default());
-    match (declared.domain, value) {
+    let shown = |x: f64| units::shown(x, ty.dimension().unwrap_or_default());
+    match (domain, value) {
         (Some((low, high)), Value::Number(x)) if *x < low || *x > high => {
             Err(bad(format!("{} is not within {} .. {}", shown(*x), shown(low), shown(high))))
         }
@@ -338,9 +362,10 @@ impl Design {
     ///
     /// A part that these rules leave without a value for one of its fields.
     pub fn remake(&mut self, rules: &RuleSet) -> Result<(), Unmade> {
+        let known = WithValues { rules, values: &self.values };
         for part in self.parts.values_mut() {
             let Some(kind) = rules.kind(&part.kind) else { continue };
-            part.made = own(rules, kind, &part.params, part.image)?;
+            part.made = own(&known, kind, &part.params, part.image)?;
         }
         Ok(())
     }
@@ -351,50 +376,50 @@ type Own = (IndexMap<String, Value>, Option<Arc<Made>>);
 
 /// What a part of a kind is with these parameters, as this image of its original.
 fn own(
-    rules: &RuleSet,
+    known: &WithValues<'_>,
     kind: Kind<'_>,
     params: &IndexMap<String, Value>,
     image: u8,
 ) -> Result<Option<Arc<Made>>, Unmade> {
-    let made = Made::of(kind, rules, params)?;
-    let seen = |made: Made| if symmetry::is_reflected(rules, image) { made.in_mirror() } else { made };
+    let made = Made::of(kind, known, params)?;
+    let seen = |made: Made| if symmetry::is_reflected(known.rules, image) { made.in_mirror() } else { made };
     Ok(made.map(seen).map(Arc::new))
 }
 
 /// The same of a kind by its name.
 fn made(
-    rules: &RuleSet,
+    known: &WithValues<'_>,
     kind: &str,
     params: &IndexMap<String, Value>,
     image: u8,
 ) -> Result<Option<Arc<Made>>, Refusal> {
-    let Some(kind) = rules.kind(kind) else { return Ok(None) };
-    own(rules, kind, params, image).map_err(Refusal::NoSuchPart)
+    let Some(kind) = known.rules.kind(kind) else { return Ok(None) };
+    own(known, kind, params, image).map_err(Refusal::NoSuchPart)
 }
 
 /// The parameters of a new part, those given and defaults for the others, and what it is with them, as this image of its original.
 pub(super) fn params(
-    rules: &RuleSet,
+    known: &WithValues<'_>,
     kind: &str,
     given: &[(String, Value)],
     image: u8,
 ) -> Result<Own, Refusal> {
     let mut out = IndexMap::new();
-    let Some(params) = rules.params_of(kind) else { return Ok((out, None)) };
+    let Some(params) = known.rules.params_of(kind) else { return Ok((out, None)) };
     for (name, declared) in params {
         let given = given.iter().find(|(n, _)| n == name).map(|(_, v)| v.clone());
         let value = match (given, &declared.default) {
             (Some(value), _) => value,
-            (None, Some(default)) => grammar_lang::eval::evaluate(default, rules, &mut Vec::new())
+            (None, Some(default)) => grammar_lang::eval::evaluate(default, known, &mut Vec::new())
                 .map_err(|error| Refusal::BadParameter { name: name.clone(), why: error.reason })?,
             (None, None) => {
                 let why = "it has no value".to_owned();
                 return Err(Refusal::BadParameter { name: name.clone(), why });
             }
         };
-        in_domain(rules, kind, name, &value)?;
+        in_domain(known.rules, kind, name, &value)?;
         out.insert(name.clone(), value);
     }
-    let made = made(rules, kind, &out, image)?;
+    let made = made(known, kind, &out, image)?;
     Ok((out, made))
 }

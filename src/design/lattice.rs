@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grammar_lang::eval::{KindValue, Value, evaluate};
+use grammar_lang::eval::{KindValue, Value, WithValues, evaluate};
 use grammar_lang::ir::{Expr, JOINED, Lattice, RuleSet, Symmetry};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
@@ -110,7 +110,7 @@ impl Design {
         with: &KindValue,
         step: u64,
     ) -> Result<(), Refusal> {
-        let (params, made) = change::params(rules, &with.name, &with.params, 0)?;
+        let (params, made) = change::params(&self.known(rules), &with.name, &with.params, 0)?;
         for id in with_images(lattice, rules.symmetry, places) {
             let cell = Part {
                 kind: with.name.clone(),
@@ -236,14 +236,14 @@ pub(super) struct Material {
 }
 
 /// A field of a cell's declaration for a cell; what has no value is no number, which no model simulates.
-fn field(rules: &RuleSet, value: &Expr, cell: &Part) -> f64 {
+fn field(known: &WithValues<'_>, value: &Expr, cell: &Part) -> f64 {
     let mut params: Vec<Value> = cell.params.values().cloned().collect();
-    let value = evaluate(value, rules, &mut params).ok();
+    let value = evaluate(value, known, &mut params).ok();
     value.and_then(|value| value.as_number()).unwrap_or(f64::NAN)
 }
 
-pub(super) fn material(rules: &RuleSet, lattice: &Lattice, cell: &Part) -> Material {
-    let of = |value: &Expr| field(rules, value, cell);
+pub(super) fn material(known: &WithValues<'_>, lattice: &Lattice, cell: &Part) -> Material {
+    let of = |value: &Expr| field(known, value, cell);
     let declared = &lattice.cell;
     Material {
         mass: of(&declared.mass),
@@ -255,9 +255,9 @@ pub(super) fn material(rules: &RuleSet, lattice: &Lattice, cell: &Part) -> Mater
 
 /// The colour of a cell, `#rrggbb`.
 #[must_use]
-pub fn colour(rules: &RuleSet, lattice: &Lattice, cell: &Part) -> String {
+pub fn colour(known: &WithValues<'_>, lattice: &Lattice, cell: &Part) -> String {
     let mut params: Vec<Value> = cell.params.values().cloned().collect();
-    match evaluate(&lattice.cell.colour, rules, &mut params) {
+    match evaluate(&lattice.cell.colour, known, &mut params) {
         Ok(Value::Text(colour)) => colour.to_string(),
         _ => "#9aa3ad".to_owned(),
     }
@@ -277,7 +277,7 @@ pub(super) fn body(design: &Design, rules: &RuleSet, lattice: &Lattice) -> Body 
     let is_driven = |kind: &str| rules.tasks.values().any(|task| task.actuated.contains_key(kind));
     for (id, cell) in &design.parts {
         let class = alike.iter().position(|(params, _)| **params == cell.params).unwrap_or_else(|| {
-            alike.push((&cell.params, material(rules, lattice, cell)));
+            alike.push((&cell.params, material(&design.known(rules), lattice, cell)));
             if is_driven(&cell.kind) {
                 body.actuators.push(*id);
             }

@@ -20,7 +20,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 pub use grammar_lang::eval::PartId;
-use grammar_lang::eval::{Made, Unmade, Value};
+use grammar_lang::eval::{BodyValues, Made, Unmade, Value, WithValues};
 use grammar_lang::ir::{Group, RuleSet};
 use grammar_lang::units;
 use indexmap::IndexMap;
@@ -149,6 +149,8 @@ pub struct Design {
     pub parts: IndexMap<PartId, Part>,
     /// What the initial design calls its parts.
     pub placed: BTreeMap<String, PartId>,
+    /// What the parameters of the grammar that rules set are in this body.
+    pub values: BodyValues,
 }
 
 /// What is attached, where and how.
@@ -199,7 +201,8 @@ impl Design {
     ///
     /// A [`Refusal`] when a parameter is not possible.
     pub fn core(rules: &RuleSet, kind: &str, given: &[(String, Value)]) -> Result<Self, Refusal> {
-        let (params, made) = change::params(rules, kind, given, 0)?;
+        let values = rules.first_values();
+        let (params, made) = change::params(&WithValues { rules, values: &values }, kind, given, 0)?;
         let part = Part {
             kind: kind.to_owned(),
             params,
@@ -217,7 +220,13 @@ impl Design {
         if !images.iter().all(|image| image.keeps(&part)) {
             return Err(Refusal::Asymmetric(kind.to_owned()));
         }
-        Ok(Self { parts: IndexMap::from([(CORE, part)]), placed: BTreeMap::new() })
+        Ok(Self { parts: IndexMap::from([(CORE, part)]), placed: BTreeMap::new(), values })
+    }
+
+    /// What the fields of its parts can read, beside their own parameters.
+    #[must_use]
+    pub fn known<'a>(&'a self, rules: &'a RuleSet) -> WithValues<'a> {
+        WithValues { rules, values: &self.values }
     }
 
     /// A part and all its images, the original first.
@@ -268,7 +277,7 @@ impl Design {
         Some(match (part.made.as_deref(), &rules.lattice) {
             (Some(Made::Block(block)), _) => block.mass,
             (Some(Made::Actuator(actuator)), _) => actuator.mass * port::segments(part) as f64,
-            (None, Some(lattice)) => lattice::material(rules, lattice, part).mass,
+            (None, Some(lattice)) => lattice::material(&self.known(rules), lattice, part).mass,
             (None, None) => return None,
         })
     }

@@ -17,7 +17,15 @@ use crate::design::{Design, Part, PartId, ends, pose_at};
 pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
     let names = names(called, design);
     let named = Named { rules, names: called, design };
-    let mut text = String::from("begin {\n");
+    let mut text = String::new();
+    for (name, value) in &design.values {
+        let param = rules.params.get(name).filter(|param| param.in_force() != *value);
+        if let Some(param) = param {
+            let value = literal(named, &Recorded::new(value), Some(&param.ty));
+            let _ = writeln!(text, "# This body has other values than the grammar begins with: `param {name} : {} ... = {value}`.", param.ty);
+        }
+    }
+    text += "begin {\n";
     for (id, name) in &names {
         if let Some(part) = design.parts.get(id) {
             let _ = writeln!(text, "  place {name} : {}", placed(named, &names, part));

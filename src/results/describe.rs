@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
+use grammar_lang::eval::{EvalError, Reference, Value, WithValues, evaluate};
 use grammar_lang::ir::{RuleSet, Spread, Ty};
 use grammar_lang::source::SourceMap;
 use grammar_lang::units::{self, Dimension};
@@ -194,6 +194,7 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
         // Writing to a String never fails.
         let _ = writeln!(out, "  {number:>2}. {}", Named { design: before, ..named }.step(made));
     });
+    out += &of_body(rules, design);
     if rules.lattice.is_some() {
         named.layers(&mut out);
         let _ = writeln!(out, "body {}", design.canonical_hash());
@@ -216,7 +217,7 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
             let x = (x * 1e3).round() / 1e3;
             if x == 0.0 { 0.0 } else { x }
         });
-        let own = varied(rules, part);
+        let own = varied(&design.known(rules), part);
         let _ = writeln!(out, "  {index:>2}. {}{own}{held}{turn}{image}, at {at:?} mm", named.part(*id));
     }
     let _ = writeln!(out, "body {}", design.canonical_hash());
@@ -224,25 +225,40 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
 }
 
 /// The parameters of a part that are not what they are by default: `(level = 2)`; empty where there are none.
-fn varied(rules: &RuleSet, part: &Part) -> String {
+fn varied(known: &WithValues<'_>, part: &Part) -> String {
+    let rules = known.rules;
     let Some(kind) = rules.kind(&part.kind) else { return String::new() };
     let own = kind.params().iter().filter_map(|(name, declared)| {
         let given = part.params.get(name)?;
-        let default = declared.default.as_ref().and_then(|it| evaluate(it, rules, &mut Vec::new()).ok());
+        let default = declared.default.as_ref().and_then(|it| evaluate(it, known, &mut Vec::new()).ok());
         if default.as_ref() == Some(given) {
             return None;
         }
-        let value = match (given, &declared.ty) {
-            (Value::Number(x), Ty::Enum(of)) => rules.value_of(of, *x)?.to_owned(),
-            (Value::Number(x), ty) => units::shown(*x, ty.dimension().unwrap_or_default()),
-            (Value::Bool(x), _) => x.to_string(),
-            (Value::Pattern(name), _) => name.to_string(),
-            _ => return None,
-        };
-        Some(format!("{name} = {value}"))
+        Some(format!("{name} = {}", told(rules, given, &declared.ty)?))
     });
     let own: Vec<String> = own.collect();
     if own.is_empty() { String::new() } else { format!(" ({})", own.join(", ")) }
+}
+
+/// The value of a parameter for people.
+fn told(rules: &RuleSet, value: &Value, ty: &Ty) -> Option<String> {
+    Some(match (value, ty) {
+        (Value::Number(x), Ty::Enum(of)) => rules.value_of(of, *x)?.to_owned(),
+        (Value::Number(x), ty) => units::shown(*x, ty.dimension().unwrap_or_default()),
+        (Value::Bool(x), _) => x.to_string(),
+        (Value::Pattern(name), _) => name.to_string(),
+        _ => return None,
+    })
+}
+
+/// What the parameters of the grammar that rules set are in a body, a line each; nothing where there are none.
+fn of_body(rules: &RuleSet, design: &Design) -> String {
+    let lines = design.values.iter().filter_map(|(name, value)| {
+        let ty = &rules.params.get(name)?.ty;
+        Some(format!("  {name} = {}\n", told(rules, value, ty)?))
+    });
+    let lines: String = lines.collect();
+    if lines.is_empty() { lines } else { format!("values of the body\n{lines}") }
 }
 
 /// The derivation that a seed gives in some moves, as stable text: what `sgc derive` prints; and

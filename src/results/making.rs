@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use grammar_lang::eval::WithValues;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
@@ -32,17 +33,17 @@ pub fn making(rules: &RuleSet, sources: &SourceMap, derivation: &Derivation, nam
 }
 
 /// The colour of a part; empty if it has none.
-pub(super) fn colour(rules: &RuleSet, part: &Part) -> String {
-    match (&part.made, &rules.lattice) {
+pub(super) fn colour(known: &WithValues<'_>, part: &Part) -> String {
+    match (&part.made, &known.rules.lattice) {
         (Some(made), _) => made.colour().to_owned(),
-        (None, Some(lattice)) => lattice::colour(rules, lattice, part),
+        (None, Some(lattice)) => lattice::colour(known, lattice, part),
         (None, None) => String::new(),
     }
 }
 
 /// How an element of a part looks.
-pub(super) fn look(rules: &RuleSet, part: &Part, shape: Shape) -> Look {
-    Look { shape, colour: colour(rules, part), label: part.kind.clone() }
+pub(super) fn look(known: &WithValues<'_>, part: &Part, shape: Shape) -> Look {
+    Look { shape, colour: colour(known, part), label: part.kind.clone() }
 }
 
 /// Takes over what the last step did to the elements. `there` says which pieces the elements of
@@ -63,7 +64,7 @@ fn follow(
         let place = places.entry(*id).or_default();
         let key = (*id, *place);
         *place += 1;
-        let look = look(rules, part, element.shape);
+        let look = look(&after.known(rules), part, element.shape);
         let name = named.part(*id);
         let known = gone.get(&key).copied();
         let piece = known.and_then(|index| making.pieces.get_mut(index)).filter(|piece| piece.look == look);
@@ -149,6 +150,11 @@ fn done(old: Named<'_>, new: Named<'_>) -> String {
     let gone = before.parts.keys().filter(|id| !after.parts.contains_key(*id));
     let gone = gone.filter(|id| !swaps.iter().any(|(swapped, _)| swapped == *id));
     say("takes away", gone.map(|id| old(*id)).collect());
+    let values = after.values.iter().filter(|(name, value)| before.values.get(*name) != Some(*value));
+    let values: Vec<String> = values.map(|(name, _)| format!("`{name}`")).collect();
+    if !values.is_empty() {
+        say("sets", values);
+    }
     let both = || before.parts.iter().filter_map(|(id, old)| Some((*id, old, after.parts.get(id)?)));
     let turned = both().filter(|(_, old, part)| old.turn != part.turn);
     say("turns", turned.map(|(id, ..)| new(id)).collect());

@@ -74,7 +74,7 @@ impl<'f> Reasoning<'f> {
         match &expr.kind {
             ExprKind::Number(x) => Abstract::Number(Interval::point(*x)),
             ExprKind::Bool(x) => Abstract::Bool(Truth::known(*x)),
-            ExprKind::Param(name) => self.facts.param(name),
+            ExprKind::Param(name) | ExprKind::OfBody(name) => self.facts.param(name),
             ExprKind::Local(slot) => self.locals.get(*slot).cloned().unwrap_or(Abstract::Any),
             ExprKind::Word(word) => self.facts.word(*word),
             ExprKind::Placed(name) => Abstract::Part(self.facts.kinds_of_placed(name)),

@@ -24,7 +24,7 @@ pub use made::{
 };
 pub use over::evaluate_over;
 use scope::InCycle;
-pub use scope::Scope;
+pub use scope::{BodyValues, Scope, WithValues};
 pub use value::{Domain, KindValue, PartId, Reference, Value};
 pub use valves::{NoCycle, Valve, Valves};
 
@@ -230,6 +230,7 @@ impl Evaluation<'_> {
             ExprKind::Bool(x) => Value::Bool(*x),
             ExprKind::Text(x) => Value::Text(x.as_str().into()),
             ExprKind::Param(name) => known(self.scope.param(name))?,
+            ExprKind::OfBody(name) => known(self.scope.of_body(name))?,
             ExprKind::Local(slot) => {
                 known(self.locals.get(*slot).filter(|value| **value != Value::Unknown).cloned())?
             }

@@ -28,6 +28,7 @@ fn over(expr: &Expr, scope: &dyn Scope, locals: &[Value], times: &[f64]) -> Opti
         ExprKind::Word(Word::Time) => Course::Each(times.to_vec()),
         ExprKind::Word(Word::Pi) => Course::Same(std::f64::consts::PI),
         ExprKind::Param(name) => Course::Same(scope.param(name)?.as_number()?),
+        ExprKind::OfBody(name) => Course::Same(scope.of_body(name)?.as_number()?),
         ExprKind::Negate(x) => over(x, scope, locals, times)?.map(|x| -x),
         ExprKind::Binary(a, operator, b) => {
             let (a, b) = (over(a, scope, locals, times)?, over(b, scope, locals, times)?);

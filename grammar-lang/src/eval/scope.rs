@@ -2,8 +2,10 @@
 
 use std::sync::atomic::AtomicU64;
 
+use indexmap::IndexMap;
+
 use super::{Reference, Value};
-use crate::ir::{Attribute, DesignFunction, Expr, Group, RuleSet, Track, Word};
+use crate::ir::{Attribute, DesignFunction, Expr, Group, Param, RuleSet, Track, Ty, Word};
 
 /// What a stage knows. A scope says what its stage adds and leaves the rest to
 /// its outer scope; whatever nobody knows is `None`, and the checker lets no
@@ -32,6 +34,10 @@ pub trait Scope {
     /// The value of a parameter of the grammar, SI.
     fn param(&self, name: &str) -> Option<Value> {
         self.outer()?.param(name)
+    }
+    /// The value that a parameter of the grammar has in this body, SI: rules set it.
+    fn of_body(&self, name: &str) -> Option<Value> {
+        self.outer()?.of_body(name)
     }
     /// A part of the initial design by name.
     fn placed(&self, name: &str) -> Option<Value> {
@@ -113,18 +119,50 @@ impl Scope for RuleSet {
         None
     }
     fn param(&self, name: &str) -> Option<Value> {
-        let param = self.params.get(name)?;
-        Some(if param.ty == crate::ir::Ty::Bool {
-            Value::Bool(param.value != 0.0)
-        } else {
-            Value::Number(param.value)
-        })
+        self.params.get(name).map(Param::in_force)
     }
     fn pattern(&self, name: &str) -> Option<&Expr> {
         self.patterns.get(name)
     }
     fn term(&self, name: &str) -> Option<&Expr> {
         self.terms.get(name).map(|t| &t.value)
+    }
+}
+
+/// The values of one body, by name: those of the parameters of the grammar that rules set.
+pub type BodyValues = IndexMap<String, Value>;
+
+impl Param {
+    /// Its value as expressions read it.
+    #[must_use]
+    pub fn in_force(&self) -> Value {
+        if self.ty == Ty::Bool { Value::Bool(self.value != 0.0) } else { Value::Number(self.value) }
+    }
+}
+
+impl RuleSet {
+    /// The values that each body begins with.
+    #[must_use]
+    pub fn first_values(&self) -> BodyValues {
+        let set = self.params.iter().filter(|(_, param)| param.set_by_rules);
+        set.map(|(name, param)| (name.clone(), param.in_force())).collect()
+    }
+}
+
+/// A rule set with the values of one body: what the fields of its parts can read.
+pub struct WithValues<'a> {
+    /// The rule set.
+    pub rules: &'a RuleSet,
+    /// The values of the body.
+    pub values: &'a BodyValues,
+}
+
+impl Scope for WithValues<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(self.rules)
+    }
+    fn of_body(&self, name: &str) -> Option<Value> {
+        self.values.get(name).cloned()
     }
 }
 

@@ -54,6 +54,8 @@ pub enum ExprKind {
     Text(String),
     /// A parameter of the grammar.
     Param(String),
+    /// A parameter of the grammar that rules set: what it is in this body.
+    OfBody(String),
     /// A local: what a rule matched or chose, a variable of an actuation, a binder.
     Local(usize),
     /// A word that the stage gives a value to.
@@ -170,6 +172,18 @@ impl Expr {
             }
             _ => {}
         }
+    }
+
+    /// The first parameter that rules set, of those that it reads, and where.
+    #[must_use]
+    pub fn of_body(&self) -> Option<(&str, Span)> {
+        let mut found = None;
+        self.each(&mut |e| {
+            if let (ExprKind::OfBody(name), None) = (&e.kind, found) {
+                found = Some((name.as_str(), e.span));
+            }
+        });
+        found
     }
 
     /// Whether the expression, or one that it is made of, satisfies `test`.

@@ -151,6 +151,9 @@ pub struct Param {
     pub domain: Option<(f64, f64)>,
     /// Its value in SI units; a Bool is 0 or 1, a value of an enumeration its place.
     pub value: f64,
+    /// Whether rules set it: then each body has a value of its own, and this is the one that it begins with.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub set_by_rules: bool,
     /// Where it is declared.
     pub span: Span,
 }

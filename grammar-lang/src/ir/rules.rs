@@ -175,6 +175,13 @@ pub enum Effect {
         /// Its new value.
         value: Expr,
     },
+    /// Sets what a parameter of the grammar is in this body.
+    SetOfBody {
+        /// The parameter.
+        name: String,
+        /// Its new value.
+        value: Expr,
+    },
     /// Takes back a step.
     Revert(Expr),
     /// Fills, paints or clears places of the lattice.
@@ -245,7 +252,7 @@ impl Effect {
                 [part, with].into_iter().chain(ends).collect()
             }
             Self::Set { part, value, .. } => vec![part, value],
-            Self::Remove(e) | Self::Revert(e) | Self::Let(e) => vec![e],
+            Self::Remove(e) | Self::Revert(e) | Self::Let(e) | Self::SetOfBody { value: e, .. } => vec![e],
             Self::Cells(cells) => [&cells.region].into_iter().chain(&cells.with).collect(),
             Self::Repeat { over, effects, .. } => {
                 let over = over.iter().map(|binder| &binder.over);
@@ -409,6 +416,7 @@ impl Writer<'_> {
                 let (part, value) = (self.expr(part, names), self.expr(value, names));
                 format!("set {part}.{} = {value}", attribute.text())
             }
+            Effect::SetOfBody { name, value } => format!("set {name} = {}", self.expr(value, names)),
             Effect::Revert(step) => format!("revert {}", self.expr(step, names)),
             Effect::Cells(cells) => self.cells(cells, names),
             Effect::Then => "then".to_owned(),

@@ -75,6 +75,7 @@ impl Writer<'_> {
             ExprKind::Bool(x) => x.to_string(),
             ExprKind::Text(x) => format!("{x:?}"),
             ExprKind::Param(name)
+            | ExprKind::OfBody(name)
             | ExprKind::Placed(name)
             | ExprKind::Pattern(name)
             | ExprKind::Term(name)

@@ -57,6 +57,13 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         findings.extend(all.filter_map(|(n, v)| out_of_domain(known, rule, kind, n, v)));
                     }
                 }
+                Effect::SetOfBody { name, value } => {
+                    let domain = ruleset.params.get(name).and_then(|param| param.domain);
+                    let beyond = |domain| {
+                        beyond_domain(known, rule, (&format!("`{name}`"), domain), value)
+                    };
+                    findings.extend(domain.and_then(beyond));
+                }
                 Effect::Set { attribute: Settable::Turn, .. }
                 | Effect::Remove(_)
                 | Effect::Revert(_)
@@ -76,9 +83,19 @@ fn out_of_domain(
     name: &str,
     value: &crate::ir::Expr,
 ) -> Option<Diagnostic> {
+    let domain = known.ruleset.params_of(kind)?.get(name)?.domain?;
+    beyond_domain(known, rule, (&format!("`{name}` of `{kind}`"), domain), value)
+}
+
+/// The same for what has this domain.
+fn beyond_domain(
+    known: &Known<'_>,
+    rule: &Rule,
+    (what, (low, high)): (&str, (f64, f64)),
+    value: &crate::ir::Expr,
+) -> Option<Diagnostic> {
     let ExprKind::Local(slot) = value.kind else { return None };
     let choice = rule.locals.get(slot).and_then(|n| rule.choices.iter().find(|c| c.name == *n))?;
-    let (low, high) = known.ruleset.params_of(kind)?.get(name)?.domain?;
     let Ok(Value::Domain(domain)) = known.value(&choice.domain) else { return None };
     let beyond = match &*domain {
         crate::eval::Domain::Range { low, high, .. } => vec![*low, *high],
@@ -91,7 +108,7 @@ fn out_of_domain(
         Diagnostic::new(
             Code::OUT_OF_DOMAIN,
             choice.domain.span,
-            format!("`{name}` of `{kind}` would be outside its domain"),
+            format!("{what} would be outside its domain"),
         )
         .label(format!("{} is not within {} .. {}", shown(x), shown(low), shown(high)))
         .also(value.span, "used here")

@@ -1,10 +1,12 @@
 //! Parts as their parameters can make them: tried at the ends of the domains, at zero and at the default, and at each value
 //! where these are few.
 
+use std::collections::BTreeSet;
+
 use indexmap::IndexMap;
 
-use crate::eval::{Made, MadeActuator, Unmade, Value};
-use crate::ir::{Actuator, InstanceParam, Kind, RuleSet, Ty};
+use crate::eval::{Made, MadeActuator, Unmade, Value, WithValues};
+use crate::ir::{Actuator, ExprKind, InstanceParam, Kind, Param, RuleSet, Ty};
 
 use super::known::Known;
 
@@ -15,7 +17,8 @@ const MOST: usize = 1024;
 /// A part with so many ports is tried with half as many combinations.
 const PORTS: usize = 16;
 
-/// The values of the parameters of one part, by name.
+/// The values of the parameters of one part, by name; behind them those of the parameters of the grammar that its fields read and
+/// rules set.
 pub(super) type Given = IndexMap<String, Value>;
 
 /// Parts of a kind, each with its parameters; one, without any, where no field reads them.
@@ -30,9 +33,26 @@ pub(super) fn made<'k>(
     };
     let given = given.unwrap_or_default();
     given.into_iter().filter_map(move |given| {
-        let made = Made::of(kind, rules, &given).transpose()?;
+        let (own, values) = given.iter().map(|(n, v)| (n.clone(), v.clone())).partition::<IndexMap<_, _>, _>(
+            |(name, _)| kind.params().contains_key(name),
+        );
+        let values = rules.first_values().into_iter().chain(values).collect();
+        let made = Made::of(kind, &WithValues { rules, values: &values }, &own).transpose()?;
         Some((given, made))
     })
+}
+
+/// The parameters of the grammar that the fields of a kind read and rules set. One that hides a parameter of the kind is an error.
+fn of_body<'k>(known: &Known<'k>, kind: Kind<'k>) -> impl Iterator<Item = (&'k String, &'k Param)> {
+    let mut read: BTreeSet<&str> = BTreeSet::new();
+    for (_, field) in kind.varying() {
+        field.each(&mut |e| {
+            if let ExprKind::OfBody(name) = &e.kind {
+                read.insert(name);
+            }
+        });
+    }
+    known.ruleset.params.iter().filter(move |(name, _)| read.contains(name.as_str()))
 }
 
 /// What drives can ask of the actuators of a kind, from the least of any to the greatest of any of those that are tried; none where
@@ -55,7 +75,8 @@ pub(super) fn usual(known: &Known<'_>, actuator: &Actuator) -> Option<MadeActuat
     } else {
         Given::new()
     };
-    match Made::of(kind, known.ruleset, &given) {
+    let scope = WithValues { rules: known.ruleset, values: &known.ruleset.first_values() };
+    match Made::of(kind, &scope, &given) {
         Ok(Some(Made::Actuator(made))) => Some(made),
         _ => None,
     }
@@ -79,8 +100,14 @@ enum Tried {
 fn combinations(known: &Known<'_>, kind: Kind<'_>, tried: Tried) -> Option<Vec<Given>> {
     let ports = if let Kind::Block(part) = kind { part.ports.len() } else { 0 };
     let mut all = vec![Given::new()];
-    for (name, param) in kind.params() {
-        let values = values(known, param, tried);
+    let own = kind.params().iter().map(|(name, param)| {
+        let default = || param.default.as_ref().and_then(|default| known.value(default).ok());
+        (name, values(known, (&param.ty, param.domain), &default, tried))
+    });
+    let of_body = of_body(known, kind).map(|(name, param)| {
+        (name, values(known, (&param.ty, param.domain), &|| Some(param.in_force()), tried))
+    });
+    for (name, values) in own.chain(of_body) {
         if all.len() * values.len() > MOST * PORTS / (PORTS + ports) {
             return None;
         }
@@ -99,9 +126,13 @@ fn combinations(known: &Known<'_>, kind: Kind<'_>, tried: Tried) -> Option<Vec<G
 }
 
 /// Some values that a parameter may have.
-fn values(known: &Known<'_>, param: &InstanceParam, tried: Tried) -> Vec<Value> {
-    let default = || param.default.as_ref().and_then(|default| known.value(default).ok());
-    let numbers = |low: f64, high: f64| match param.ty {
+fn values(
+    known: &Known<'_>,
+    (ty, domain): (&Ty, Option<(f64, f64)>),
+    default: &dyn Fn() -> Option<Value>,
+    tried: Tried,
+) -> Vec<Value> {
+    let numbers = |low: f64, high: f64| match ty {
         Ty::Count if high - low < FEW => {
             (low as i64..=high as i64).map(|n| Value::Number(n as f64)).collect()
         }
@@ -117,7 +148,7 @@ fn values(known: &Known<'_>, param: &InstanceParam, tried: Tried) -> Vec<Value> 
         }
     };
     let many = |rules: &RuleSet, name: &str| rules.enumerations.get(name).map_or(0, Vec::len);
-    match (&param.ty, param.domain) {
+    match (ty, domain) {
         (Ty::Bool, _) => vec![Value::Bool(false), Value::Bool(true)],
         (Ty::Enum(name), _) => {
             (0..many(known.ruleset, name)).map(|place| Value::Number(place as f64)).collect()
@@ -130,7 +161,8 @@ fn values(known: &Known<'_>, param: &InstanceParam, tried: Tried) -> Vec<Value> 
 /// The parameters of a part for people: `level = 3, wide = true`; empty without any.
 pub(super) fn told(known: &Known<'_>, kind: Kind<'_>, given: &Given) -> String {
     let one = |(name, value): (&String, &Value)| {
-        let ty = kind.params().get(name).map_or(&Ty::Unknown, |param| &param.ty);
+        let of_body = || known.ruleset.params.get(name).map(|param| &param.ty);
+        let ty = kind.params().get(name).map(|param| &param.ty).or_else(of_body).unwrap_or(&Ty::Unknown);
         let value = match (ty, value) {
             (Ty::Enum(named), Value::Number(x)) => {
                 known.ruleset.value_of(named, *x).unwrap_or("?").to_owned()

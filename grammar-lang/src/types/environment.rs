@@ -1,13 +1,13 @@
 //! What a check starts from: the program, and what holds of it before any expression is looked at.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use indexmap::{IndexMap, IndexSet};
 
 use crate::ir;
 use crate::names::{Declaration, Program, Sharing};
-use crate::source::SourceMap;
-use crate::syntax::ast::{self, Item, ItemKind};
+use crate::source::{SourceMap, Span};
+use crate::syntax::ast::{self, Item, ItemKind, RuleClauseKind};
 use crate::syntax::declarations::BlockKind;
 
 /// What a check starts from. Nothing of it changes.
@@ -26,6 +26,8 @@ pub(super) struct Environment<'a> {
     pub(super) has_lattice: bool,
     /// What reads shared variables outside of actuations.
     pub(super) sharing: Sharing,
+    /// The parameters of the grammar that its rules set, and where the first of them does.
+    pub(super) set_by_rules: BTreeMap<Declaration, Span>,
     /// By the name of a parameter: the actuators of the program that have it.
     pub(super) param_owners: IndexMap<&'a str, Vec<&'a Item>>,
 }
@@ -50,7 +52,7 @@ impl<'a> Environment<'a> {
         let has_lattice = begins_with_cells || program.entries().any(|(_, item)| declares(item));
         let (ports, param_owners) = (port_names(program), param_owners(program));
         let sharing = Sharing::of(program);
-        Self {
+        let mut environment = Self {
             program,
             sources,
             overrides,
@@ -59,8 +61,27 @@ impl<'a> Environment<'a> {
             begins_with_cells,
             has_lattice,
             sharing,
+            set_by_rules: BTreeMap::new(),
             param_owners,
+        };
+        environment.set_by_rules = environment.find_set_by_rules();
+        environment
+    }
+
+    /// The parameters of the grammar that its rules set.
+    fn find_set_by_rules(&self) -> BTreeMap<Declaration, Span> {
+        let mut found = BTreeMap::new();
+        for (_, item) in self.known() {
+            let ItemKind::Rule(_, clauses) = &item.kind else { continue };
+            for (name, span) in named_targets(clauses) {
+                if let Some((declaration, of)) = self.program.lookup(span, name)
+                    && matches!(of.kind, ItemKind::Param(_))
+                {
+                    found.entry(declaration).or_insert(span);
+                }
+            }
         }
+        found
     }
 
     /// The declarations that the grammar has or imports by name; of a variant those of its base, too.
@@ -73,6 +94,19 @@ impl<'a> Environment<'a> {
         let there = all.into_iter().filter(|declaration| !program.dropped.contains_key(declaration));
         there.filter_map(|declaration| Some((declaration, program.item(declaration)?)))
     }
+}
+
+/// What clauses set by its name alone, and where.
+fn named_targets(clauses: &[ast::RuleClause]) -> Vec<(&str, Span)> {
+    let named = clauses.iter().flat_map(|clause| match &clause.kind {
+        RuleClauseKind::Set { target, .. } => match &target.kind {
+            ast::ExprKind::Name(name) => vec![(name.as_str(), target.span)],
+            _ => Vec::new(),
+        },
+        RuleClauseKind::Repeat { clauses, .. } => named_targets(clauses),
+        _ => Vec::new(),
+    });
+    named.collect()
 }
 
 /// The parts and actuators of a program by the parameters that they have.

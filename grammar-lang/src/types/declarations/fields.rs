@@ -385,7 +385,11 @@ impl Declarations<'_> {
 
 /// Whether an expression reads one of the parameters, which are the first `many` locals.
 pub(super) fn reads_params(expr: &Expr, many: usize) -> bool {
-    expr.any(&mut |e| matches!(e.kind, ExprKind::Local(slot) if slot < many))
+    expr.any(&mut |e| match e.kind {
+        ExprKind::Local(slot) => slot < many,
+        ExprKind::OfBody(_) => true,
+        _ => false,
+    })
 }
 
 /// Whether something is called a row of segments.

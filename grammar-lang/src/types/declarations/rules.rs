@@ -11,7 +11,7 @@ use crate::syntax::ast::{self, Name, RuleClause, RuleClauseKind};
 use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
-use crate::units::Dimension;
+use crate::units::{self, Dimension};
 
 impl Declarations<'_> {
     /// The group of parts that a kind's name stands for.
@@ -617,12 +617,7 @@ impl Declarations<'_> {
 
     fn set(&mut self, target: &ast::Expr, value: &ast::Expr, cx: &mut Context) -> Option<ir::Effect> {
         let ast::ExprKind::Member(of, attribute) = &target.kind else {
-            self.report(
-                Diagnostic::new(Code::WRONG_TYPE, target.span, "only an attribute of a part can be set")
-                    .label("not an attribute")
-                    .help("write for example `set p.turn = 90 deg`"),
-            );
-            return None;
+            return self.set_of_body(target, value, cx);
         };
         let whole = self.expressions.infer(target, cx);
         if whole.ty == Ty::Port {
@@ -649,6 +644,49 @@ impl Declarations<'_> {
         let value = self.expressions.expect(value, cx, &whole.ty, &format!("`{}`", attribute.text));
         self.check_set_domain(of, &attribute.text, &value, cx);
         Some(ir::Effect::Set { part, attribute: settable, value })
+    }
+
+    /// What sets a parameter of the grammar, for this body.
+    fn set_of_body(
+        &mut self,
+        target: &ast::Expr,
+        value: &ast::Expr,
+        cx: &mut Context,
+    ) -> Option<ir::Effect> {
+        let name = match &target.kind {
+            ast::ExprKind::Name(name) if cx.locals.iter().all(|local| local.name != *name) => Some(name),
+            _ => None,
+        };
+        // That it is set does not count as reading it.
+        let found = name.and_then(|name| Some((name, self.environment.program.lookup(target.span, name)?)));
+        let Some((name, declaration)) =
+            found.filter(|(_, (_, item))| matches!(item.kind, ast::ItemKind::Param(_))).map(|(n, (d, _))| (n, d))
+        else {
+            self.report(
+                Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    target.span,
+                    "only an attribute of a part, or a parameter of the grammar, can be set",
+                )
+                .label("neither of them")
+                .help("write for example `set p.turn = 90 deg`, or declare `param NAME : TYPE in DOMAIN = VALUE` for the whole body"),
+            );
+            return None;
+        };
+        let param = self.expressions.param(declaration)?;
+        let value = self.expressions.expect(value, cx, &param.ty, &format!("`{name}`"));
+        if let (Some((low, high)), Some(x)) = (param.domain, self.expressions.quiet_number(&value))
+            && !(low..=high).contains(&x)
+        {
+            let shown = |x: f64| units::shown(x, param.ty.dimension().unwrap_or_default());
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, value.span, format!("`{name}` is outside its domain"))
+                    .label(format!("{} is not within {} .. {}", shown(x), shown(low), shown(high)))
+                    .help("choose a value inside, or widen the domain")
+                    .also(param.span, "declared here"),
+            );
+        }
+        Some(ir::Effect::SetOfBody { name: name.clone(), value })
     }
 
     /// Where it is known which kind a part is, what its parameter is set to must lie in the domain: where the kind was matched, or

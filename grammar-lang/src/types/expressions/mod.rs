@@ -216,6 +216,11 @@ impl<'a> Expressions<'a> {
         if expr.any(&mut |e| e.ty == Ty::Unknown) {
             return None;
         }
+        if let Some((name, span)) = expr.of_body() {
+            let (name, span) = (name.to_owned(), span);
+            self.tell_of_body(&name, span, "before there is a body");
+            return None;
+        }
         match self.working.value(expr, locals) {
             Ok(value) => Some(value),
             // Once is enough.
@@ -299,7 +304,7 @@ impl<'a> Expressions<'a> {
         self.open.pop();
         self.open_constants -= 1;
         // A constant is worked out once, or constants of constants would grow without bound.
-        if expr.ty.dimension().is_some() {
+        if expr.ty.dimension().is_some() && expr.of_body().is_none() {
             match self.constant_number(&expr) {
                 Some(x) => expr.kind = ir::ExprKind::Number(x),
                 None => expr = unknown.clone(),
@@ -313,6 +318,26 @@ impl<'a> Expressions<'a> {
         }
         self.inlined.insert(key, Some(expr.clone()));
         expr
+    }
+
+    /// Reports a parameter that rules set, where there is no body that has a value of it.
+    pub(super) fn tell_of_body(&mut self, name: &str, span: Span, here: &str) {
+        let mut error = Diagnostic::new(
+            Code::WRONG_STAGE,
+            span,
+            format!("`{name}` has no value {here}: rules set it, so each body has its own"),
+        )
+        .label("set by a rule")
+        .help("fields of parts, rules, requirements, terms and drives can read it; here, read another parameter");
+        let mut places = self.environment.set_by_rules.iter();
+        let is_this = |declaration: &Declaration| {
+            let item = self.environment.program.item(*declaration).and_then(declared);
+            item.is_some_and(|declared| declared.text == name)
+        };
+        if let Some((_, place)) = places.find(|(declaration, _)| is_this(declaration)) {
+            error = error.also(*place, "set here");
+        }
+        self.report(error);
     }
 
     fn tell_too_deep(&mut self, span: Span) {
@@ -354,13 +379,16 @@ impl<'a> Expressions<'a> {
         self.params.insert(declaration, CheckedParam::Open);
         let inside = std::mem::take(&mut self.inside);
         self.open.push(declaration);
-        let checked = self.check_param(param);
+        let mut checked = self.check_param(param);
+        if let Some(checked) = &mut checked {
+            checked.set_by_rules = self.environment.set_by_rules.contains_key(&declaration);
+        }
         self.open.pop();
         self.inside = inside;
         let state = match &checked {
             Some(checked) => {
                 self.alone(declaration, &param.name);
-                self.working.constants.params.insert(param.name.text.clone(), value_of(checked));
+                self.working.constants.params.insert(param.name.text.clone(), checked.in_force());
                 CheckedParam::Right(checked.clone())
             }
             None => CheckedParam::Wrong,
@@ -460,7 +488,7 @@ impl<'a> Expressions<'a> {
             );
             return None;
         }
-        Some(ir::Param { ty, domain, value, span: param.name.span })
+        Some(ir::Param { ty, domain, value, set_by_rules: false, span: param.name.span })
     }
 
     /// Reads the value of `-p NAME=VALUE`.
@@ -663,11 +691,6 @@ impl<'a> Expressions<'a> {
 struct InstanceParams {
     of_actuators: IndexMap<String, Option<Ty>>,
     of_parts: IndexMap<String, Option<Ty>>,
-}
-
-/// The value of a checked parameter.
-fn value_of(param: &ir::Param) -> Value {
-    if param.ty == Ty::Bool { Value::Bool(param.value != 0.0) } else { Value::Number(param.value) }
 }
 
 /// A number of a type with the unit that people would write.

@@ -87,7 +87,14 @@ impl Expressions<'_> {
         let what = match &item.kind {
             ItemKind::Param(_) => {
                 let ty = self.param(declaration).map_or(Ty::Unknown, |p| p.ty);
-                return make(ExprKind::Param(name.to_owned()), ty);
+                if !self.environment.set_by_rules.contains_key(&declaration) {
+                    return make(ExprKind::Param(name.to_owned()), ty);
+                }
+                if let Some(here) = cx.stage.sees_no_body() {
+                    self.tell_of_body(name, span, here);
+                    return unknown(span);
+                }
+                return make(ExprKind::OfBody(name.to_owned()), ty);
             }
             ItemKind::Block(BlockKind::Part | BlockKind::Actuator | BlockKind::Cell, _) => {
                 return make(ExprKind::Kind(name.to_owned(), Vec::new()), Ty::Kind);
@@ -111,6 +118,11 @@ impl Expressions<'_> {
             }
             ItemKind::Let(_, None, value) => {
                 let value = self.inline(declaration, value);
+                if let (Some(here), Some((of_body, _))) = (cx.stage.sees_no_body(), value.of_body()) {
+                    let of_body = of_body.to_owned();
+                    self.tell_of_body(&of_body, span, here);
+                    return unknown(span);
+                }
                 return Expr { span, ..value };
             }
             ItemKind::Let(_, Some(parameters), _) => {

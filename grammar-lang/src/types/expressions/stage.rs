@@ -61,6 +61,15 @@ impl Stage {
         !matches!(self, Self::Declaration | Self::Pattern)
     }
 
+    /// Where no body is around, in words, if none is. What is worked out before anything runs is asked for by what reads it.
+    pub(super) fn sees_no_body(self) -> Option<&'static str> {
+        match self {
+            Self::Pattern => Some("in a pattern"),
+            Self::Schedule => Some("in a search schedule"),
+            _ => None,
+        }
+    }
+
     /// Whether a word has a value.
     pub(super) fn sees_word(self, word: Word) -> bool {
         stages_of(word).is_none_or(|stages| stages.contains(&self))

@@ -41,7 +41,7 @@ fn made(found: &Found) -> Result<Vec<Piece>, Rc<DesignError>> {
     let elements = body.assembly.elements.iter().zip(&body.parts_of_elements);
     let piece = elements.map(|(element, id)| {
         let colour =
-            derivation.design.parts.get(id).map_or(String::new(), |part| making::colour(rules, part));
+            derivation.design.parts.get(id).map_or(String::new(), |part| making::colour(&derivation.design.known(rules), part));
         Piece { shape: element.shape, pose: element.pose, colour }
     });
     Ok(piece.collect())
