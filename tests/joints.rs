@@ -424,6 +424,50 @@ fn limits_of_a_whole_row_hold() {
     }
 }
 
+/// A weight on a spring that is relaxed above it. It stays where its load balances the spring, if it begins there, and swings about this
+/// place, by as much on both sides and in the time of a mass on a spring, if it begins below.
+#[test]
+fn a_passive_joint_begins_where_it_is_said() {
+    let begun = |begins: &str, damping: &str, time: &str| {
+        compiled(&format!(
+            "grammar hanging
+            use std.models     {{ hinge_model }}
+            use std.objectives {{ travel }}
+            use std.search     {{ gait_annealing }}
+            part base {{ shape = box(20 cm, 40 cm, 20 cm)  mass = 2000 kg  friction = 1 }}
+            part lump {{
+              shape = box(2 cm, 3 cm, 4 cm)  mass = 200 g  friction = 0.5
+              joint = slide along y passive  range = -20 mm .. 20 mm
+              neutral = mass * hinge_model.gravity / stiffness  begins = {begins}
+              stiffness = 300 N/m  damping = {damping}
+            }}
+            begin {{
+              place core : base
+              place hung : lump to core.front
+            }}
+            simulate hinge_model for {time}
+            maximize travel in cm
+            search gait_annealing"
+        ))
+    };
+    let rose = |rules: &RuleSet, solver: &str, step: f64| {
+        let own = settings(&rules.first_task().unwrap().model);
+        let motion = hanging(rules, solver, &Settings { step, ..own }).unwrap();
+        let of = |element: usize, time: f64| motion.pose(element, time).unwrap().translation.vector.y;
+        // The base may settle into the ground.
+        let above = |time: f64| of(1, time) - of(0, time);
+        (above(motion.duration) - above(0.0)) * 1e3
+    };
+    for solver in ["articulated", "rapier", "rod"] {
+        let stays = rose(&begun("0 mm", "0.5 N*s/m", "2 s"), solver, 1.0 / 240.0);
+        assert!(stays.abs() < 0.02, "with {solver} it moves by {stays} mm");
+    }
+    // Half a swing takes pi * sqrt(m / k): this is seven of them.
+    let rules = begun("-5 mm", "0 N*s/m", &format!("{} s", 7.0 * std::f64::consts::PI * (0.2_f64 / 300.0).sqrt()));
+    let swung = rose(&rules, "articulated", 1.0 / 3840.0);
+    assert!((swung - 10.0).abs() < 0.1, "it swings by {swung} mm");
+}
+
 /// A heavy lever on a thin row that twists to its limits: it ends there, and rapier, which cannot hold them, gives no motion.
 #[test]
 fn what_cannot_hold_its_joints_gives_no_motion() {

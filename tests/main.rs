@@ -6,6 +6,7 @@
 mod architecture;
 mod at_rest;
 mod audit;
+mod body_values;
 mod browser;
 mod calibrate;
 mod cases;

@@ -87,7 +87,7 @@ impl Image {
         let hand = if joint.kind != JointKind::Slide && self.reflects { -1.0 } else { 1.0 };
         let image = self.matrix * axis * hand;
         let is_same = |other: Vector3<f64>| (other - axis).norm() < 1e-6;
-        let is_kept = is_same(image) || is_same(-image) && joint.neutral == 0.0;
+        let is_kept = is_same(image) || is_same(-image) && joint.neutral == 0.0 && joint.start() == 0.0;
         let moved = self.point(&anchor) - anchor;
         match joint.kind {
             JointKind::Socket => moved.norm() < SAME,

@@ -54,6 +54,8 @@ pub struct MadeJoint {
     pub range: Option<(f64, f64)>,
     /// Where its springs pull it if nothing drives it, rad or m; of a row from base to tip. Beyond the range they press on its end.
     pub neutral: f64,
+    /// Where it stands as a motion begins, rad or m, if that is said; of a row from base to tip.
+    pub begins: Option<f64>,
     /// Whether it is that of a part seen in a mirror, where that is another joint than the kind's own.
     pub mirrored: bool,
 }
@@ -66,7 +68,7 @@ impl MadeJoint {
         let pivot = self.pivot.map_or(0.0, |[_, _, z]| z);
         let seen = self.kind.axis_in_mirror(self.axis);
         let is = |sign: f64| seen.iter().zip(self.axis).all(|(seen, own)| (seen - sign * own).abs() < SAME);
-        let even = self.neutral == 0.0 && self.range.is_none_or(|(low, high)| (low + high).abs() < SAME);
+        let even = self.neutral == 0.0 && self.begins.unwrap_or_default() == 0.0 && self.range.is_none_or(|(low, high)| (low + high).abs() < SAME);
         let same_axis = is(1.0) || is(-1.0) && even;
         match self.kind {
             JointKind::Slide => !same_axis,
@@ -79,11 +81,11 @@ impl MadeJoint {
         }
     }
 
-    /// Where it stands as a motion begins, rad or m; of a row from base to tip: where its springs leave it.
+    /// Where it stands as a motion begins, rad or m; of a row from base to tip: where its springs leave it, unless it is said.
     #[must_use]
     pub fn start(&self) -> f64 {
         let (low, high) = self.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        self.neutral.max(low).min(high)
+        self.begins.unwrap_or(self.neutral).max(low).min(high)
     }
 }
 
@@ -159,6 +161,14 @@ impl std::error::Error for Unmade {}
 enum Sign {
     Positive,
     NotNegative,
+}
+
+/// What says where a joint stands as a motion begins.
+#[derive(Clone, Copy)]
+struct Starts {
+    neutral: f64,
+    begins: Option<f64>,
+    driven: bool,
 }
 
 /// What fields are worked out with.
@@ -291,8 +301,11 @@ impl From<'_> {
         let spins = joint.kind == JointKind::Spin;
         let needs = |what: bool| if what && driven { Sign::Positive } else { Sign::NotNegative };
         let neutral = self.value("neutral", &joint.neutral, |value| value.as_number())?;
-        let range =
-            joint.range.as_ref().map(|range| self.range(joint.kind, range, (neutral, driven))).transpose()?;
+        let begins =
+            joint.begins.as_ref().map(|begins| self.value("begins", begins, |value| value.as_number()));
+        let begins = begins.transpose()?;
+        let starts = Starts { neutral, begins, driven };
+        let range = joint.range.as_ref().map(|range| self.range(joint.kind, range, starts)).transpose()?;
         if let Some((low, high)) = range.filter(|_| joint.kind == JointKind::Socket)
             && high.max(-low) > SOCKET * joints * (1.0 + 1e-9)
         {
@@ -305,6 +318,7 @@ impl From<'_> {
             pivot: joint.pivot.as_ref().map(|pivot| self.value("pivot", pivot, as_vector)).transpose()?,
             range,
             neutral,
+            begins,
             mirrored: false,
             stiffness: self.number("stiffness", &joint.stiffness, needs(!spins))?,
             damping: self.number("damping", &joint.damping, needs(spins))?,
@@ -316,7 +330,7 @@ impl From<'_> {
         &self,
         kind: JointKind,
         range: &Field<(f64, f64)>,
-        (neutral, driven): (f64, bool),
+        Starts { neutral, begins, driven }: Starts,
     ) -> Result<(f64, f64), Unmade> {
         let name = kind.range();
         let (low, high) = self.value(name, range, |value| match value {
@@ -329,10 +343,14 @@ impl From<'_> {
             });
             return Err(Unmade { field: "neutral", reason });
         }
-        if low < high && (low <= 0.0 && high >= 0.0 || neutral != 0.0) {
+        let shown = |x: f64| shown(x, kind.position());
+        if let Some(begins) = begins.filter(|begins| low < high && (*begins < low || *begins > high)) {
+            let reason = format!("{} is not within its range {} .. {}", shown(begins), shown(low), shown(high));
+            return Err(Unmade { field: "begins", reason });
+        }
+        if low < high && (low <= 0.0 && high >= 0.0 || neutral != 0.0 || begins.is_some()) {
             return Ok((low, high));
         }
-        let shown = |x: f64| shown(x, kind.position());
         let (zero, others) =
             if kind == JointKind::Slide { ("0 mm", "distances") } else { ("0 deg", "angles") };
         let rests = match kind == JointKind::Socket {

@@ -177,12 +177,11 @@ impl Expr {
     /// The first parameter that rules set, of those that it reads, and where.
     #[must_use]
     pub fn of_body(&self) -> Option<(&str, Span)> {
+        if let ExprKind::OfBody(name) = &self.kind {
+            return Some((name, self.span));
+        }
         let mut found = None;
-        self.each(&mut |e| {
-            if let (ExprKind::OfBody(name), None) = (&e.kind, found) {
-                found = Some((name.as_str(), e.span));
-            }
-        });
+        self.each(&mut |e| found = found.or_else(|| e.of_body()));
         found
     }
 

@@ -23,16 +23,20 @@ pub struct Joint {
     /// Where it rests, and begins, rad or m; of a row from base to tip: where its springs pull it if nothing drives it. Beyond the range these
     /// press on its end.
     pub neutral: Field<f64>,
+    /// Where a passive joint stands as a motion begins, rad or m; of a row from base to tip. Without it, at `neutral`, or at the end of
+    /// the range that is nearest to that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub begins: Option<Field<f64>>,
     /// Of a part: a point of the axis in the frame of the part, m. Without it, the port by which the part is held.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pivot: Option<Field<[f64; 3]>>,
 }
 
 impl Joint {
-    /// Whether it may rest elsewhere than where it is attached.
+    /// Whether it may rest, or begin, elsewhere than where it is attached.
     #[must_use]
     pub fn rests_elsewhere(&self) -> bool {
-        self.neutral != Field::Fixed(0.0)
+        self.neutral != Field::Fixed(0.0) || self.begins.as_ref().is_some_and(|begins| *begins != Field::Fixed(0.0))
     }
 }
 

@@ -72,13 +72,14 @@ impl<'r> Kind<'r> {
 }
 
 /// The fields of a joint that may read parameters.
-fn of_joint(joint: &Joint) -> [(&'static str, Option<&Expr>); 6] {
+fn of_joint(joint: &Joint) -> [(&'static str, Option<&Expr>); 7] {
     [
         ("joint", joint.axis.varies()),
         (joint.kind.range(), joint.range.as_ref().and_then(Field::varies)),
         ("stiffness", joint.stiffness.varies()),
         ("damping", joint.damping.varies()),
         ("neutral", joint.neutral.varies()),
+        ("begins", joint.begins.as_ref().and_then(Field::varies)),
         ("pivot", joint.pivot.as_ref().and_then(Field::varies)),
     ]
 }

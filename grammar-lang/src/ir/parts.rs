@@ -303,6 +303,9 @@ impl Writer<'_> {
         if joint.neutral != Field::Fixed(0.0) {
             self.quantity(names, "neutral", &joint.neutral, kind.position());
         }
+        if let Some(begins) = &joint.begins {
+            self.quantity(names, "begins", begins, kind.position());
+        }
         if let Some(pivot) = &joint.pivot {
             self.field(names, "pivot", pivot, place);
         }

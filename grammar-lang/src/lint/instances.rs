@@ -44,15 +44,16 @@ pub(super) fn made<'k>(
 
 /// The parameters of the grammar that the fields of a kind read and rules set. One that hides a parameter of the kind is an error.
 fn of_body<'k>(known: &Known<'k>, kind: Kind<'k>) -> impl Iterator<Item = (&'k String, &'k Param)> {
-    let mut read: BTreeSet<&str> = BTreeSet::new();
+    let mut read: BTreeSet<String> = BTreeSet::new();
     for (_, field) in kind.varying() {
-        field.each(&mut |e| {
+        field.any(&mut |e| {
             if let ExprKind::OfBody(name) = &e.kind {
-                read.insert(name);
+                read.insert(name.clone());
             }
+            false
         });
     }
-    known.ruleset.params.iter().filter(move |(name, _)| read.contains(name.as_str()))
+    known.ruleset.params.iter().filter(move |(name, _)| read.contains(*name))
 }
 
 /// What drives can ask of the actuators of a kind, from the least of any to the greatest of any of those that are tried; none where

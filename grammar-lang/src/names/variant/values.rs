@@ -300,6 +300,7 @@ const MAY_BE_LEFT_OUT: &[&str] = &[
     "pace_limit",
     "sensors",
     "neutral",
+    "begins",
     "pivot",
     "inputs",
     "hidden",

@@ -23,7 +23,7 @@ impl Declarations<'_> {
         // A joint that is wrong leaves open which fields belong to it.
         let row = self.joint(block, Owner::Row)?;
         // Where a joint cannot be read, its fields are not those of a row that bends.
-        let of_others = |field: &ast::Field| matches!(field, ast::Field::Value(name, _) if ["range", "speed", "effort", "neutral"].contains(&name.text.as_str()));
+        let of_others = |field: &ast::Field| matches!(field, ast::Field::Value(name, _) if ["range", "speed", "effort", "neutral", "begins"].contains(&name.text.as_str()));
         if damaged && !says_joint(block) && block.fields.iter().any(of_others) {
             return None;
         }
@@ -154,7 +154,7 @@ impl Declarations<'_> {
         }
         let (low, high) = self.expressions.constant_range(&expr)?;
         // A joint begins where it rests.
-        let rests_elsewhere = from.values.contains_key("neutral");
+        let rests_elsewhere = ["neutral", "begins"].iter().any(|field| from.values.contains_key(field));
         if low >= high || (low > 0.0 || high < 0.0) && !rests_elsewhere {
             let (zero, others) = if kind == JointKind::Slide {
                 ("0 mm", "other distances")

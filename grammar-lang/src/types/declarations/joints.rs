@@ -36,7 +36,8 @@ pub(super) enum Owner {
 }
 
 /// The fields that the joint of a part can have.
-pub(super) const OF_JOINTS: [&str; 6] = ["bend", "range", "stiffness", "damping", "neutral", "pivot"];
+pub(super) const OF_JOINTS: [&str; 7] =
+    ["bend", "range", "stiffness", "damping", "neutral", "begins", "pivot"];
 
 /// The fields of every row.
 const COMMON: [&str; 5] = ["segment", "density", "mass", "friction", "joint"];
@@ -70,6 +71,9 @@ pub(super) fn own_fields(row: Row<'_>) -> Vec<&'static str> {
     fields.push("damping");
     if !turns_on && kind != JointKind::Socket {
         fields.push("neutral");
+        if row.passive {
+            fields.push("begins");
+        }
     }
     if row.of == Owner::Part && kind != JointKind::Slide {
         fields.push("pivot");
@@ -96,6 +100,7 @@ pub(super) fn called(row: Row<'_>) -> &'static str {
 pub(super) struct Examples {
     pub(super) range: &'static str,
     pub(super) neutral: &'static str,
+    pub(super) begins: &'static str,
     pub(super) speed: &'static str,
     pub(super) effort: &'static str,
     pub(super) stiffness: &'static str,
@@ -107,6 +112,7 @@ pub(super) fn examples(kind: JointKind) -> Examples {
         JointKind::Slide => Examples {
             range: "0 mm .. 20 mm",
             neutral: "10 mm",
+            begins: "0 mm",
             speed: "20 mm/s",
             effort: "5 N",
             stiffness: "500 N/m",
@@ -115,6 +121,7 @@ pub(super) fn examples(kind: JointKind) -> Examples {
         JointKind::Socket => Examples {
             range: "-40 deg .. 40 deg",
             neutral: "20 deg",
+            begins: "0 deg",
             speed: "180 deg/s",
             effort: "0.06 N*m/rad",
             stiffness: "0.02 N*m/rad^2",
@@ -123,6 +130,7 @@ pub(super) fn examples(kind: JointKind) -> Examples {
         JointKind::Bend | JointKind::Twist | JointKind::Spin => Examples {
             range: "-90 deg .. 90 deg",
             neutral: "20 deg",
+            begins: "0 deg",
             speed: "180 deg/s",
             effort: "0.06 N*m/rad",
             stiffness: "0.3 N*m/rad^2",
@@ -384,6 +392,22 @@ impl Declarations<'_> {
                     .help("only the spring of a passive joint can press on an end of the range"),
             );
         }
+        let begins = match from.values.contains_key("begins") {
+            true => {
+                self.varying(from, "begins", (&ty, examples(kind).begins), cx, |_, x, _| x.as_number()).map(Some)
+            }
+            false => Some(None),
+        };
+        if let (Some(Some(Field::Fixed(begins))), Some(Some(Field::Fixed((low, high))))) = (&begins, &range)
+            && !(low..=high).contains(&begins)
+            && let Some((_, tree)) = from.values.get("begins")
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "a joint begins within its range")
+                    .label(format!("outside `{}`", kind.range()))
+                    .help("choose a place inside, or widen the range"),
+            );
+        }
         let pivot = match from.values.contains_key("pivot") {
             true => {
                 let place = (&Ty::Vector(Dimension::LENGTH), "vector(0 mm, 0 mm, 0 mm)");
@@ -413,6 +437,7 @@ impl Declarations<'_> {
             stiffness: stiffness?,
             damping: damping?,
             neutral: neutral?,
+            begins: begins?,
             pivot: pivot?,
         })
     }
@@ -477,8 +502,13 @@ pub(super) fn belongs_elsewhere(field: &str, row: Row<'_>) -> Option<String> {
             "the joints of a row are in the middle between its segments: only a part that hangs on a joint has `pivot`".to_owned()
         }
         "pivot" => "what slides has a direction and no place: leave it out".to_owned(),
-        "neutral" if kind == JointKind::Socket => "a socket is at rest where its part is attached".to_owned(),
-        "stiffness" | "relaxing_speed" | "neutral" if spin => match row.passive {
+        "neutral" | "begins" if kind == JointKind::Socket => {
+            "a socket rests, and begins, where its part is attached: tilt the port (`facing`), or turn the part".to_owned()
+        }
+        "begins" if !row.passive => {
+            "what is driven begins where it rests, at its `neutral`: only a passive joint can begin elsewhere".to_owned()
+        }
+        "stiffness" | "relaxing_speed" | "neutral" | "begins" if spin => match row.passive {
             true => "a free axle has no spring: `damping` is all that slows it".to_owned(),
             false => "a spin is driven by its speed: `damping` says how hard it holds that".to_owned(),
         },

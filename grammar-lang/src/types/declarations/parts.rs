@@ -90,6 +90,11 @@ impl Declarations<'_> {
             let span = span.unwrap_or(block.name.span);
             cx.locals.push(Local::new(name.clone(), param.ty.clone(), span));
         }
+        let fields = block.fields.iter().filter_map(|field| match field {
+            ast::Field::Value(name, value) => Some((name.clone(), value.clone())),
+            _ => None,
+        });
+        cx.fields.all = fields.collect();
         cx
     }
 

@@ -653,12 +653,20 @@ impl Declarations<'_> {
         value: &ast::Expr,
         cx: &mut Context,
     ) -> Option<ir::Effect> {
+        let known = self.expressions.errors.len();
         let name = match &target.kind {
             ast::ExprKind::Name(name) if cx.locals.iter().all(|local| local.name != *name) => Some(name),
             _ => None,
         };
         // That it is set does not count as reading it.
         let found = name.and_then(|name| Some((name, self.environment.program.lookup(target.span, name)?)));
+        if let (Some(name), None) = (name, found) {
+            self.expressions.name(name, target.span, cx);
+            // What has a meaning of its own cannot be set, either.
+            if cx.damaged || self.expressions.errors.len() > known {
+                return None;
+            }
+        }
         let Some((name, declaration)) =
             found.filter(|(_, (_, item))| matches!(item.kind, ast::ItemKind::Param(_))).map(|(n, (d, _))| (n, d))
         else {

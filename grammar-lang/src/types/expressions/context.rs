@@ -1,8 +1,11 @@
 //! Where an expression stands, and which names it can read there.
 
+use std::rc::Rc;
+
 use super::stage::Stage;
 use crate::ir::{Expr, ExprKind, Group, Ty};
 use crate::source::Span;
+use crate::syntax::ast::{self, Name};
 
 /// A name that only part of a declaration can read.
 #[derive(Clone, Debug)]
@@ -35,11 +38,22 @@ pub(in crate::types) struct Context {
     pub(in crate::types) locals: Vec<Local>,
     /// Whether clauses around it were lost, so that unknown names mean nothing.
     pub(in crate::types) damaged: bool,
+    /// The other fields of the part around it, which it can read by their names.
+    pub(in crate::types) fields: OwnFields,
+}
+
+/// The fields of a part, for those that read others of them.
+#[derive(Clone, Debug, Default)]
+pub(in crate::types) struct OwnFields {
+    /// All of them.
+    pub(in crate::types) all: Rc<[(Name, ast::Expr)]>,
+    /// Those that are being worked out, outermost first.
+    pub(in crate::types) open: Vec<String>,
 }
 
 impl Context {
     pub(in crate::types) fn new(stage: Stage, damaged: bool) -> Self {
-        Self { stage, locals: Vec::new(), damaged }
+        Self { stage, locals: Vec::new(), damaged, fields: OwnFields::default() }
     }
 }
 

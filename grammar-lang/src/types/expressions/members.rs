@@ -22,7 +22,7 @@ struct Asked<'n> {
 }
 
 /// Fields of kinds of parts, which people ask parts for.
-const OF_KINDS: [&str; 11] = [
+const OF_KINDS: [&str; 12] = [
     "torque",
     "effort",
     "stiffness",
@@ -34,6 +34,7 @@ const OF_KINDS: [&str; 11] = [
     "bending_speed",
     "relaxing_speed",
     "neutral",
+    "begins",
 ];
 
 impl Expressions<'_> {

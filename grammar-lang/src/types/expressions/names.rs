@@ -20,7 +20,7 @@ const OF_MODEL: [&str; 7] =
     ["gravity", "ground_friction", "step", "control", "record", "speed_limit", "pace_limit"];
 
 impl Expressions<'_> {
-    pub(super) fn name(&mut self, name: &str, span: Span, cx: &mut Context) -> Expr {
+    pub(in crate::types) fn name(&mut self, name: &str, span: Span, cx: &mut Context) -> Expr {
         let make = |kind, ty| Expr { kind, ty, span };
         if let Some(slot) = cx.locals.iter().rposition(|l| l.name == name) {
             let local = cx.locals.get(slot);
@@ -182,7 +182,34 @@ impl Expressions<'_> {
         self.stage_error(kind, &name, stage, "rules, requirements and terms, as the parts of a design")
     }
 
+    /// Another field of the part around an expression.
+    fn own_field(&mut self, name: &str, span: Span, cx: &Context) -> Option<Expr> {
+        let (field, value) = cx.fields.all.iter().find(|(field, _)| field.text == name)?;
+        if let Some(begin) = cx.fields.open.iter().position(|open| open == name) {
+            // A circle is told once: where its first field is read.
+            let circle = cx.fields.open.get(begin..).unwrap_or_default();
+            let first = cx.fields.all.iter().find(|(field, _)| circle.contains(&field.text));
+            if first.is_some_and(|(first, _)| first.text != name) {
+                return Some(unknown(span));
+            }
+            self.report(
+                Diagnostic::new(Code::BAD_VALUE, span, format!("`{name}` is defined in terms of itself"))
+                    .label("its value depends on its own value")
+                    .also(field.span, "this field")
+                    .help("a field can read others, but not itself, not even indirectly: give one of them a value of its own"),
+            );
+            return Some(unknown(span));
+        }
+        let mut within = cx.clone();
+        within.fields.open.push(name.to_owned());
+        let value = self.infer(value, &mut within);
+        Some(Expr { span, ..value })
+    }
+
     pub(super) fn unknown_name(&mut self, name: &str, span: Span, cx: &Context) -> Expr {
+        if let Some(value) = self.own_field(name, span, cx) {
+            return value;
+        }
         if cx.damaged || self.is_lost(span, name) {
             return unknown(span);
         }
@@ -196,7 +223,15 @@ impl Expressions<'_> {
             Ty::Cell => self.cell_params().iter().any(|(n, _)| n == name),
             _ => self.instance_params().of_actuators.contains_key(name),
         });
-        let help = if name == "core" && self.environment.has_lattice {
+        let instead = |name| match name {
+            "mass" => Some("density"),
+            "density" => Some("mass"),
+            _ => None,
+        };
+        let given = cx.fields.all.iter().find(|(field, _)| instead(name) == Some(field.text.as_str()));
+        let help = if let Some((given, _)) = given {
+            format!("this part gives `{}`: a field can read others only as they are written", given.text)
+        } else if name == "core" && self.environment.has_lattice {
             "a lattice has no core: the place in its middle is `middle`".to_owned()
         } else if let Some(driven) = driven {
             format!("did you mean `{}.{name}`?", driven.name)
@@ -225,6 +260,7 @@ impl Expressions<'_> {
                 .map(|l| l.name.as_str())
                 // What an effect made without a name has none to guess at.
                 .filter(|name| !name.is_empty())
+                .chain(cx.fields.all.iter().map(|(field, _)| field.text.as_str()))
                 .chain(Word::ALL.iter().filter(|w| cx.stage.sees_word(**w)).map(|w| w.text()))
                 .chain(self.guessable(span).map(|(n, _)| n))
                 .chain(self.environment.placed.keys().copied())

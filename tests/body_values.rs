@@ -1,0 +1,155 @@
+//! Parameters of the grammar that rules set: each body has values of its own.
+
+use sgc::derive::{Derivation, check_start, run_example};
+use sgc::design::CORE;
+
+use crate::joints::compiled;
+
+/// A plate with legs on both sides. All legs have one length.
+const PLATE: &str = "
+use std.models     { hinge_model }
+use std.objectives { travel, fall }
+use std.actuators  { bender }
+use std.actuation  { bezier_pac }
+use std.search     { nested_annealing }
+
+param long : Length in 20 mm .. 60 mm = 40 mm
+param wide : Length in 5 mm .. 30 mm = 10 mm
+let half = long / 2
+
+part plate {
+  shape    = box(2 * long, 1 cm, long)
+  density  = 1 g/cm^3
+  friction = 0.5
+  port back at vector(-long, 0 mm, 0 mm) facing vector(-1, 0, 0)
+  port site[i in 0 .. 3] at vector(half * (i - 1), 0 mm, -half) facing vector(0, 0, -1)
+  port other[i in 0 .. 3] at vector(half * (i - 1), 0 mm, half) facing vector(0, 0, 1)
+}
+
+part leg {
+  shape    = box(long, wide, wide)
+  density  = 1 g/cm^3
+  friction = 0.5
+  port back  at vector(-half, 0 mm, 0 mm) facing vector(-1, 0, 0)
+  port front at vector(half, 0 mm, 0 mm) facing vector(1, 0, 0)
+}
+
+symmetry mirror xy
+
+begin {
+  place core : plate
+  place tail : bender(segments = 3) to core.back
+}
+
+rule add_leg {
+  match  p : port where p.free and p is site
+  attach leg to p as l
+}
+
+rule longer {
+  choose l in 20 mm .. 60 mm
+  set    long = l
+}
+
+rule longer_with_a_leg {
+  match  p : port where p.free and p is site
+  choose l in 20 mm .. 60 mm
+  set    long = l
+  attach leg to p as made
+  then
+  set    wide = min(long / 4, 30 mm)
+}
+
+rule undo {
+  match  done : step
+  revert done
+}
+
+require short : long < 58 mm because \"the box is small\"
+
+actuate  bender with bezier_pac
+simulate hinge_model for 1 s
+search   nested_annealing
+maximize travel / long * 1 cm - fall in cm
+";
+
+fn plate(clauses: &str, more: &str) -> Result<Derivation, String> {
+    let rules = compiled(&format!("grammar plates\n{PLATE}\n{more}\nexample one {{\n{clauses}\n}}"));
+    assert!(check_start(&rules).is_none(), "{:?}", check_start(&rules));
+    let made =
+        run_example(&rules, "one", &rules.examples["one"]).map_err(|failure| format!("{failure:?}"))?;
+    let again = Derivation::replay(&rules, &made.steps).unwrap();
+    assert_eq!(again.design, made.design);
+    Ok(made)
+}
+
+#[test]
+fn all_parts_follow_and_later_parts_too() {
+    plate(
+        "step a = add_leg(p = core.site[0])
+         expect long == 40 mm and a.l.place.z == -40 mm
+         step b = longer(l = 50 mm)
+         expect long == 50 mm and a.l.place.z == -50 mm and a.l.twin.place.z == 50 mm
+         step c = add_leg(p = core.site[2])
+         expect c.l.place.z == -50 mm
+         expect core.greatest_corner.x == 50 mm
+         expect forall l in leg: abs(l.greatest_corner.z - l.least_corner.z - 50 mm) < 0.001 mm
+         expect forall l in leg: abs(l.greatest_corner.y - l.least_corner.y - wide) < 0.001 mm",
+        "",
+    )
+    .unwrap();
+}
+
+/// The whole step is taken back, and what it set with it.
+#[test]
+fn what_is_set_is_undone_with_its_step() {
+    plate(
+        "step a = longer(l = 50 mm)
+         step b = longer_with_a_leg(p = core.site[1], l = 30 mm)
+         expect long == 30 mm and wide == 7.5 mm and b.made.place.z == -30 mm
+         refuse longer(l = 59 mm) by short
+         step c = undo(done = b)
+         expect long == 50 mm and wide == 10 mm and count(leg) == 0
+         step d = undo(done = a)
+         expect long == 40 mm",
+        "",
+    )
+    .unwrap();
+}
+
+/// A rule that is carried out always can set one as well; what it sets to a value beyond the domain is refused.
+#[test]
+fn they_can_follow_from_the_design() {
+    let always = "rule as_wide_as_legs_allow {\n always\n set wide = 25 mm - 4 mm * count(leg)\n}";
+    plate(
+        "expect wide == 25 mm
+         step a = add_leg(p = core.site[0])
+         expect wide == 17 mm
+         step b = add_leg(p = core.site[1])
+         expect wide == 9 mm
+         refuse add_leg(p = core.site[2])
+         expect wide == 9 mm",
+        always,
+    )
+    .unwrap();
+}
+
+/// Two bodies whose parts are alike are two bodies if a value is another one: a term may read it.
+#[test]
+fn a_body_with_another_value_is_another_body() {
+    let wider = "rule wider {\n choose w in 5 mm .. 30 mm\n set wide = w\n}";
+    let made = plate("step a = wider(w = 20 mm)", wider).unwrap();
+    let rules = compiled(&format!("grammar plates\n{PLATE}\n{wider}"));
+    let begun = Derivation::begin(&rules);
+    assert_eq!(begun.design.parts[&CORE], made.design.parts[&CORE]);
+    assert_ne!(begun.design.canonical_hash(), made.design.canonical_hash());
+}
+
+/// Outside of rules a parameter is the same for all bodies.
+#[test]
+fn a_parameter_that_no_rule_sets_belongs_to_no_body() {
+    let text = PLATE.replace("  then\n  set    wide = min(long / 4, 30 mm)\n", "");
+    let rules = compiled(&format!("grammar plates\n{text}"));
+    let design = Derivation::begin(&rules).design;
+    assert_eq!(design.values.keys().collect::<Vec<_>>(), ["long"]);
+}
