@@ -463,7 +463,8 @@ fn a_passive_joint_begins_where_it_is_said() {
         assert!(stays.abs() < 0.02, "with {solver} it moves by {stays} mm");
     }
     // Half a swing takes pi * sqrt(m / k): this is seven of them.
-    let rules = begun("-5 mm", "0 N*s/m", &format!("{} s", 7.0 * std::f64::consts::PI * (0.2_f64 / 300.0).sqrt()));
+    let rules =
+        begun("-5 mm", "0 N*s/m", &format!("{} s", 7.0 * std::f64::consts::PI * (0.2_f64 / 300.0).sqrt()));
     let swung = rose(&rules, "articulated", 1.0 / 3840.0);
     assert!((swung - 10.0).abs() < 0.1, "it swings by {swung} mm");
 }

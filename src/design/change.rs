@@ -334,10 +334,8 @@ fn normal_turn(turn: f64) -> f64 {
 
 pub(super) fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) -> Result<(), Refusal> {
     let declared = rules.params_of(kind).and_then(|params| params.get(name));
-    let lacks = || Refusal::BadParameter {
-        name: name.to_owned(),
-        why: format!("`{kind}` has no such parameter"),
-    };
+    let lacks =
+        || Refusal::BadParameter { name: name.to_owned(), why: format!("`{kind}` has no such parameter") };
     let declared = declared.ok_or_else(lacks)?;
     is_within(name, (&declared.ty, declared.domain), value)
 }

@@ -22,7 +22,11 @@ pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
         let param = rules.params.get(name).filter(|param| param.in_force() != *value);
         if let Some(param) = param {
             let value = literal(named, &Recorded::new(value), Some(&param.ty));
-            let _ = writeln!(text, "# This body has other values than the grammar begins with: `param {name} : {} ... = {value}`.", param.ty);
+            let _ = writeln!(
+                text,
+                "# This body has other values than the grammar begins with: `param {name} : {} ... = {value}`.",
+                param.ty
+            );
         }
     }
     text += "begin {\n";

@@ -68,7 +68,9 @@ impl MadeJoint {
         let pivot = self.pivot.map_or(0.0, |[_, _, z]| z);
         let seen = self.kind.axis_in_mirror(self.axis);
         let is = |sign: f64| seen.iter().zip(self.axis).all(|(seen, own)| (seen - sign * own).abs() < SAME);
-        let even = self.neutral == 0.0 && self.begins.unwrap_or_default() == 0.0 && self.range.is_none_or(|(low, high)| (low + high).abs() < SAME);
+        let even = self.neutral == 0.0
+            && self.begins.unwrap_or_default() == 0.0
+            && self.range.is_none_or(|(low, high)| (low + high).abs() < SAME);
         let same_axis = is(1.0) || is(-1.0) && even;
         match self.kind {
             JointKind::Slide => !same_axis,
@@ -345,7 +347,8 @@ impl From<'_> {
         }
         let shown = |x: f64| shown(x, kind.position());
         if let Some(begins) = begins.filter(|begins| low < high && (*begins < low || *begins > high)) {
-            let reason = format!("{} is not within its range {} .. {}", shown(begins), shown(low), shown(high));
+            let reason =
+                format!("{} is not within its range {} .. {}", shown(begins), shown(low), shown(high));
             return Err(Unmade { field: "begins", reason });
         }
         if low < high && (low <= 0.0 && high >= 0.0 || neutral != 0.0 || begins.is_some()) {

@@ -36,7 +36,8 @@ impl Joint {
     /// Whether it may rest, or begin, elsewhere than where it is attached.
     #[must_use]
     pub fn rests_elsewhere(&self) -> bool {
-        self.neutral != Field::Fixed(0.0) || self.begins.as_ref().is_some_and(|begins| *begins != Field::Fixed(0.0))
+        self.neutral != Field::Fixed(0.0)
+            || self.begins.as_ref().is_some_and(|begins| *begins != Field::Fixed(0.0))
     }
 }
 

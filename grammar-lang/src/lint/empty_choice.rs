@@ -59,9 +59,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 }
                 Effect::SetOfBody { name, value } => {
                     let domain = ruleset.params.get(name).and_then(|param| param.domain);
-                    let beyond = |domain| {
-                        beyond_domain(known, rule, (&format!("`{name}`"), domain), value)
-                    };
+                    let beyond = |domain| beyond_domain(known, rule, (&format!("`{name}`"), domain), value);
                     findings.extend(domain.and_then(beyond));
                 }
                 Effect::Set { attribute: Settable::Turn, .. }

@@ -33,9 +33,10 @@ pub(super) fn made<'k>(
     };
     let given = given.unwrap_or_default();
     given.into_iter().filter_map(move |given| {
-        let (own, values) = given.iter().map(|(n, v)| (n.clone(), v.clone())).partition::<IndexMap<_, _>, _>(
-            |(name, _)| kind.params().contains_key(name),
-        );
+        let (own, values) = given
+            .iter()
+            .map(|(n, v)| (n.clone(), v.clone()))
+            .partition::<IndexMap<_, _>, _>(|(name, _)| kind.params().contains_key(name));
         let values = rules.first_values().into_iter().chain(values).collect();
         let made = Made::of(kind, &WithValues { rules, values: &values }, &own).transpose()?;
         Some((given, made))

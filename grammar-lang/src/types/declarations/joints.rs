@@ -393,9 +393,9 @@ impl Declarations<'_> {
             );
         }
         let begins = match from.values.contains_key("begins") {
-            true => {
-                self.varying(from, "begins", (&ty, examples(kind).begins), cx, |_, x, _| x.as_number()).map(Some)
-            }
+            true => self
+                .varying(from, "begins", (&ty, examples(kind).begins), cx, |_, x, _| x.as_number())
+                .map(Some),
             false => Some(None),
         };
         if let (Some(Some(Field::Fixed(begins))), Some(Some(Field::Fixed((low, high))))) = (&begins, &range)

@@ -647,12 +647,7 @@ impl Declarations<'_> {
     }
 
     /// What sets a parameter of the grammar, for this body.
-    fn set_of_body(
-        &mut self,
-        target: &ast::Expr,
-        value: &ast::Expr,
-        cx: &mut Context,
-    ) -> Option<ir::Effect> {
+    fn set_of_body(&mut self, target: &ast::Expr, value: &ast::Expr, cx: &mut Context) -> Option<ir::Effect> {
         let known = self.expressions.errors.len();
         let name = match &target.kind {
             ast::ExprKind::Name(name) if cx.locals.iter().all(|local| local.name != *name) => Some(name),
@@ -667,8 +662,9 @@ impl Declarations<'_> {
                 return None;
             }
         }
-        let Some((name, declaration)) =
-            found.filter(|(_, (_, item))| matches!(item.kind, ast::ItemKind::Param(_))).map(|(n, (d, _))| (n, d))
+        let Some((name, declaration)) = found
+            .filter(|(_, (_, item))| matches!(item.kind, ast::ItemKind::Param(_)))
+            .map(|(n, (d, _))| (n, d))
         else {
             self.report(
                 Diagnostic::new(

@@ -40,8 +40,11 @@ fn made(found: &Found) -> Result<Vec<Piece>, Rc<DesignError>> {
     }
     let elements = body.assembly.elements.iter().zip(&body.parts_of_elements);
     let piece = elements.map(|(element, id)| {
-        let colour =
-            derivation.design.parts.get(id).map_or(String::new(), |part| making::colour(&derivation.design.known(rules), part));
+        let colour = derivation
+            .design
+            .parts
+            .get(id)
+            .map_or(String::new(), |part| making::colour(&derivation.design.known(rules), part));
         Piece { shape: element.shape, pose: element.pose, colour }
     });
     Ok(piece.collect())
