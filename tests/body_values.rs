@@ -153,3 +153,22 @@ fn a_parameter_that_no_rule_sets_belongs_to_no_body() {
     let design = Derivation::begin(&rules).design;
     assert_eq!(design.values.keys().collect::<Vec<_>>(), ["long"]);
 }
+
+/// An example that breaks a requirement on each part of a kind says for which one, and what it compares.
+#[test]
+fn a_requirement_on_each_part_is_told_with_its_numbers() {
+    let slender = "require slender : forall l in leg: long / wide >= 4 and l.mass <= 20 g";
+    let told = plate("step a = add_leg(p = core.site[0])\nstep b = longer(l = 30 mm)", slender).unwrap_err();
+    assert!(told.contains("it is 3 for one `leg`, and must be at least 4"), "{told}");
+}
+
+/// Rules and requirements read what a kind says of its joint and of its surface.
+#[test]
+fn fields_of_kinds_are_read_of_their_parts() {
+    plate(
+        "expect tail.torque == 0.06 N*m/rad and tail.stiffness == 0.3 N*m/rad^2
+         expect core.friction == 0.5 and forall a in bender: a.damping > 0 N*m*s/rad^2",
+        "require bends_far : forall a in bender: (a.segments - 1) * a.torque / a.stiffness >= 20 deg",
+    )
+    .unwrap();
+}

@@ -1,7 +1,7 @@
 //! Why a design breaks a requirement.
 
-use grammar_lang::eval::{Value, evaluate};
-use grammar_lang::ir::{DesignWord, Expr, ExprKind, Operator, Rule, RuleSet, Word};
+use grammar_lang::eval::{Reference, Value, evaluate};
+use grammar_lang::ir::{DesignWord, Expr, ExprKind, Gather, Operator, Rule, RuleSet, Word};
 use grammar_lang::units;
 
 use super::{Derivation, DesignScope};
@@ -53,21 +53,51 @@ impl Derivation {
     }
 }
 
-/// What the left side of a comparison is for a design, and what it must be.
+/// What the left side of a comparison is for a design, and what it must be. Of several conditions, the first that does not hold counts; of
+/// a condition on each of some parts, the first part for which it does not hold.
 pub(super) fn compared(rules: &RuleSet, design: &Derivation, condition: &Expr) -> Option<(String, String)> {
-    let ExprKind::Binary(left, operator, right) = &condition.kind else { return None };
-    let must = match operator {
-        Operator::Less => "less than ",
-        Operator::LessEqual => "at most ",
-        Operator::Greater => "more than ",
-        Operator::GreaterEqual => "at least ",
-        Operator::Equal => "",
-        _ => return None,
-    };
-    let scope = DesignScope::new(rules, design);
-    let shown = |side: &Expr| {
-        let number = evaluate(side, &scope, &mut Vec::new()).ok()?.as_number()?;
-        Some(units::shown(number, side.ty.dimension()?))
-    };
-    Some((shown(left)?, format!("{must}{}", shown(right)?)))
+    within(&DesignScope::new(rules, design), condition, &mut Vec::new())
+}
+
+fn within(scope: &DesignScope<'_>, condition: &Expr, locals: &mut Vec<Value>) -> Option<(String, String)> {
+    let holds =
+        |e: &Expr, locals: &mut Vec<Value>| evaluate(e, scope, locals).is_ok_and(|v| v == Value::Bool(true));
+    match &condition.kind {
+        ExprKind::Binary(a, Operator::And, b) => {
+            let broken = if holds(a, locals) { b } else { a };
+            within(scope, broken, locals)
+        }
+        ExprKind::Aggregate { how: Gather::Forall, binders, condition, body: Some(body), .. } => {
+            let [binder] = binders.as_slice() else { return None };
+            let over = evaluate(&binder.over, scope, locals).ok()?;
+            for item in over.items() {
+                locals.truncate(binder.slot);
+                locals.push(item.clone());
+                let counts = condition.as_ref().is_none_or(|condition| holds(condition, locals));
+                if counts && !holds(body, locals) {
+                    let (is, must) = within(scope, body, locals)?;
+                    let Value::Reference(Reference::Part(id)) = item else { return Some((is, must)) };
+                    let kind = &scope.design().parts.get(id)?.kind;
+                    return Some((format!("{is} for one `{kind}`"), must));
+                }
+            }
+            None
+        }
+        ExprKind::Binary(left, operator, right) => {
+            let must = match operator {
+                Operator::Less => "less than ",
+                Operator::LessEqual => "at most ",
+                Operator::Greater => "more than ",
+                Operator::GreaterEqual => "at least ",
+                Operator::Equal => "",
+                _ => return None,
+            };
+            let mut shown = |side: &Expr| {
+                let number = evaluate(side, scope, locals).ok()?.as_number()?;
+                Some(units::shown(number, side.ty.dimension()?))
+            };
+            Some((shown(left)?, format!("{must}{}", shown(right)?)))
+        }
+        _ => None,
+    }
 }

@@ -4,8 +4,8 @@ use std::sync::atomic::AtomicU64;
 
 use grammar_lang::eval::{Domain, Made, Reference, Scope, Value};
 use grammar_lang::ir::{
-    Attribute, CellAttribute, DesignFunction, DesignWord, Group, JointAttribute, JointKind, Lattice,
-    PartAttribute, PortAttribute, RuleSet, SearchWord, StepAttribute, Symmetry, Word,
+    Attribute, CellAttribute, DesignFunction, DesignWord, Group, JointAttribute, JointKind, KindField,
+    Lattice, PartAttribute, PortAttribute, RuleSet, SearchWord, StepAttribute, Symmetry, Word,
 };
 
 use super::Derivation;
@@ -82,6 +82,26 @@ impl<'a> DesignScope<'a> {
                 Value::Vector(design.at_rest(self.rules).facing_of_port(id, port)?)
             }
         })
+    }
+
+    /// What the kind of a part says of it.
+    fn kind_field(&self, id: PartId, field: KindField) -> Option<Value> {
+        let design = self.design_of(id);
+        let (friction, joint, motor) = match design.parts.get(&id)?.made.as_deref()? {
+            Made::Block(block) => (block.friction, block.joint.as_ref(), None),
+            Made::Actuator(row) => (row.friction, Some(&row.joint), row.motor.as_ref()),
+        };
+        let springs = || joint.filter(|joint| joint.kind != JointKind::Spin);
+        let strength = || {
+            let kind = joint?.kind;
+            motor.filter(|_| kind.effort_field() == field.text()).map(|motor| motor.effort)
+        };
+        Some(Value::Number(match field {
+            KindField::Friction => friction,
+            KindField::Stiffness => springs()?.stiffness,
+            KindField::Damping => joint?.damping,
+            KindField::Torque | KindField::Effort => strength()?,
+        }))
     }
 
     fn part_attribute(&self, id: PartId, attribute: PartAttribute) -> Option<Value> {
@@ -304,6 +324,7 @@ impl Scope for DesignScope<'_> {
             (Attribute::Param(name), Reference::Part(id)) => {
                 self.design_of(id).parts.get(&id)?.params.get(name).cloned()
             }
+            (Attribute::Field(field), Reference::Part(id)) => self.kind_field(id, *field),
             // Only a motion has them, or its world, or a vector.
             (Attribute::Element(_) | Attribute::Track(_) | Attribute::World(_) | Attribute::Axis(_), _) => {
                 None
@@ -315,6 +336,7 @@ impl Scope for DesignScope<'_> {
                 | Attribute::Port(_)
                 | Attribute::Joint(_)
                 | Attribute::Step(_)
+                | Attribute::Field(_)
                 | Attribute::Param(_),
                 _,
             ) => None,

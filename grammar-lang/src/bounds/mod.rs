@@ -19,5 +19,5 @@ pub use facts::Facts;
 pub use interval::Interval;
 pub use kinds::{Begun, Kinds};
 pub use locals::{Repeated, actuation_locals, conjuncts, locals_of, narrowed_locals_of, state_locals};
-pub use reason::{Asked, Never, Reasoning};
+pub use reason::{Asked, Lacking, Never, Reasoning};
 pub use value::{Abstract, Truth};

@@ -30,6 +30,17 @@ pub struct Asked {
     pub kinds: Kinds,
 }
 
+/// A parameter that is asked of parts none of which has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lacking {
+    /// Where.
+    pub span: Span,
+    /// The parameter's name.
+    pub name: String,
+    /// What kinds of parts it is asked of.
+    pub kinds: Kinds,
+}
+
 /// An evaluation over everything that an expression may read. It also gathers
 /// what it meets on the way: places without a value, and constant conditions.
 #[derive(Debug)]
@@ -44,6 +55,8 @@ pub struct Reasoning<'f> {
     pub conditions: Vec<(Span, Truth)>,
     /// The ports of parts that are asked for.
     pub ports: Vec<Asked>,
+    /// The parameters that are asked of parts none of which has them.
+    pub lacking: Vec<Lacking>,
     /// How many places were met that may have no value for some design: a condition with one of them may refuse a move.
     doubts: usize,
 }
@@ -52,7 +65,8 @@ impl<'f> Reasoning<'f> {
     /// Knows these facts and locals.
     #[must_use]
     pub fn new(facts: &'f Facts<'f>, locals: Vec<Abstract>) -> Self {
-        Self { facts, locals, never: Vec::new(), conditions: Vec::new(), ports: Vec::new(), doubts: 0 }
+        let (never, conditions, ports, lacking) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { facts, locals, never, conditions, ports, lacking, doubts: 0 }
     }
 
     /// Whether a condition holds: always only if it always has a value, too.
@@ -203,6 +217,11 @@ impl<'f> Reasoning<'f> {
                 }
                 self.facts.part_attribute(&kinds, *attribute)
             }
+            // Some kinds lack it.
+            (Attribute::Field(_), _) => {
+                self.may_fail();
+                Abstract::Any
+            }
             (Attribute::Param(name), Abstract::Part(kinds)) => match self.facts.param_of(&kinds, name) {
                 Some(known) => {
                     // Of a wider group some kinds may lack it.
@@ -217,6 +236,8 @@ impl<'f> Reasoning<'f> {
                 }
                 None => {
                     if !self.facts.is_empty(&kinds) {
+                        let (name, kinds) = (name.clone(), kinds.clone());
+                        self.lacking.push(Lacking { span, name, kinds });
                         self.never.push(Never {
                             span,
                             reason: "the parts that it is asked of have no such parameter",

@@ -367,6 +367,9 @@ impl Evaluation<'_> {
                     Attribute::Param(name) => {
                         fail(expr, format!("this part is of a kind that has no `{name}`"))
                     }
+                    Attribute::Field(field) => {
+                        fail(expr, format!("this part is of a kind that has no `{}`", field.text()))
+                    }
                     Attribute::Part(PartAttribute::Port) => fail(expr, "the core hangs on no port"),
                     _ => Err(missing(expr)),
                 },

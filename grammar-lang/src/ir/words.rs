@@ -189,6 +189,17 @@ words! {
 }
 
 words! {
+    /// Fields of kinds that can be read of their parts. What one is of depends on the joint.
+    KindField {
+        Friction "friction" "The friction coefficient of its surface.";
+        Stiffness "stiffness" "Of what has a joint that does not spin: the stiffness of each joint.";
+        Damping "damping" "Of what has a joint: the damping of each joint.";
+        Torque "torque" "Of an actuator that bends: the greatest torque at each joint.";
+        Effort "effort" "Of an actuator that twists, slides or spins: the greatest torque or force at each joint.";
+    }
+}
+
+words! {
     /// Attributes of a place of a lattice.
     CellAttribute {
         X "x" "Its place along x, counted from 0.";
@@ -290,6 +301,8 @@ pub enum Attribute {
     Axis(Axis),
     /// Of a world.
     World(Difference),
+    /// A field of the kind of a part.
+    Field(KindField),
     /// A parameter of an actuator or of a cell, by its name.
     Param(String),
 }
@@ -308,6 +321,7 @@ impl Attribute {
             Self::Track(a) => a.text(),
             Self::Axis(a) => a.text(),
             Self::World(a) => a.text(),
+            Self::Field(a) => a.text(),
             Self::Param(name) => name,
         }
     }

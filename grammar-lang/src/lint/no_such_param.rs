@@ -1,10 +1,14 @@
-//! A rule sets a parameter that no part there can have.
+//! A rule sets a parameter that no part there can have, or something reads one.
 
-use crate::bounds::{Abstract, Reasoning, Repeated};
+use std::collections::BTreeSet;
+
+use crate::bounds::{Abstract, Kinds, Lacking, Repeated};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::ir::{Effect, Expr, Settable};
+use crate::ir::{Effect, Settable};
+use crate::source::Span;
 
 use super::known::Known;
+use super::places::places;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (rule, locals) in known.all_rules() {
@@ -12,22 +16,32 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             &rule.effects,
             Repeated::Together,
             &mut |reasoning, effect| {
-                if let Effect::Set { part, attribute: Settable::Param(name), .. } = effect {
-                    findings.extend(not_there(known, reasoning, part, name));
+                if let Effect::Set { part, attribute: Settable::Param(name), .. } = effect
+                    && let Abstract::Part(kinds) = reasoning.value(part)
+                {
+                    findings.extend(not_there(known, &kinds, name, part.span));
                 }
             },
         );
     }
+    // Whatever else is worked out: it has no value as soon as there is such a part.
+    let mut told: BTreeSet<_> =
+        findings.iter().map(|d| (d.span().file, d.span().start, d.span().end)).collect();
+    for place in places(known) {
+        let mut reasoning = known.reasoning(&place.locals);
+        for expr in place.exprs {
+            reasoning.value(expr);
+        }
+        for Lacking { span, name, kinds } in &reasoning.lacking {
+            if told.insert((span.file, span.start, span.end)) {
+                findings.extend(not_there(known, kinds, name, *span));
+            }
+        }
+    }
 }
 
-fn not_there(
-    known: &Known<'_>,
-    reasoning: &mut Reasoning<'_>,
-    part: &Expr,
-    name: &str,
-) -> Option<Diagnostic> {
-    let Abstract::Part(kinds) = reasoning.value(part) else { return None };
-    let names = known.facts.names(&kinds);
+fn not_there(known: &Known<'_>, kinds: &Kinds, name: &str, at: Span) -> Option<Diagnostic> {
+    let names = known.facts.names(kinds);
     let params = |kind: &&str| known.ruleset.params_of(kind).into_iter().flat_map(|params| params.keys());
     if names.is_empty() || names.iter().flat_map(params).any(|param| param == name) {
         return None;
@@ -41,5 +55,5 @@ fn not_there(
         [] => "it has no parameters: declare one with `param`".to_owned(),
         has => format!("its parameters are: {}", has.join(", ")),
     });
-    Some(Diagnostic::new(Code::UNKNOWN_FIELD, part.span, whose).label("no such parameter").help(help))
+    Some(Diagnostic::new(Code::UNKNOWN_FIELD, at, whose).label("no such parameter").help(help))
 }

@@ -515,6 +515,7 @@ impl Expressions<'_> {
                 }
             };
             let slot = cx.locals.len();
+            self.note_kind(&binder.name, &over);
             self.bind(&binder.name, item, cx);
             bound.push(Binder { slot, over });
         }

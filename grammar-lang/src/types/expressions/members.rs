@@ -14,11 +14,11 @@ use crate::syntax::ast::Name;
 const OWNERS: &[Ty] = &[Ty::Part, Ty::Cell, Ty::Port, Ty::Joint, Ty::Step];
 
 /// What follows a dot, and where.
-struct Asked<'n> {
-    name: &'n Name,
+pub(super) struct Asked<'n> {
+    pub(super) name: &'n Name,
     /// Of the whole expression.
-    span: Span,
-    stage: Stage,
+    pub(super) span: Span,
+    pub(super) stage: Stage,
 }
 
 /// Fields of kinds of parts, which people ask parts for.
@@ -75,7 +75,7 @@ impl Expressions<'_> {
             | Ty::Port
             | Ty::Joint
             | Ty::Step
-            | Ty::World) => self.of_thing(of, &ty, &asked),
+            | Ty::World) => self.of_thing(of, &ty, &asked, cx),
             Ty::Record(_, fields) => match fields.iter().position(|(n, _)| *n == name.text) {
                 Some(index) => {
                     let ty = fields.get(index).map_or(Ty::Unknown, |(_, ty)| ty.clone());
@@ -115,7 +115,7 @@ impl Expressions<'_> {
     }
 
     /// What follows the dot behind a thing of a design or a motion.
-    fn of_thing(&mut self, of: Expr, ty: &Ty, asked: &Asked<'_>) -> Expr {
+    fn of_thing(&mut self, of: Expr, ty: &Ty, asked: &Asked<'_>, cx: &Context) -> Expr {
         let Asked { name, span, stage } = *asked;
         let make =
             |of: Expr, attribute, ty| Expr { kind: ExprKind::Attribute(Box::new(of), attribute), ty, span };
@@ -147,9 +147,7 @@ impl Expressions<'_> {
                 }
                 let is_actuator = *ty == Ty::Actuator;
                 let known = self.instance_params();
-                if is_actuator && known.of_actuators.is_empty() && built_in.is_none() {
-                    return unknown(span);
-                }
+                let has_none = is_actuator && known.of_actuators.is_empty() && built_in.is_none();
                 let of_actuators = known.of_actuators.get(&name.text);
                 // A part may be an actuator: its holder or twin, or what a rule matches as `part`.
                 let of_parts = known.of_parts.get(&name.text).filter(|_| !is_actuator);
@@ -161,8 +159,14 @@ impl Expressions<'_> {
                     Some(Some(ty)) => return make(of, param(), ty),
                     Some(None) => return self.of_several_types(name),
                     None if built_in.is_some() => {}
-                    None if self.is_lost(name.span, &name.text) => return unknown(span),
-                    None => {}
+                    None => {
+                        if let Some(field) = self.field_of_kind(&of, asked, cx) {
+                            return field;
+                        }
+                        if has_none || self.is_lost(name.span, &name.text) {
+                            return unknown(span);
+                        }
+                    }
                 }
             }
             _ => {}

@@ -14,6 +14,7 @@ mod members;
 mod mend;
 mod named_types;
 pub(super) mod names;
+mod of_kinds;
 mod shared;
 mod signature;
 pub(super) mod stage;

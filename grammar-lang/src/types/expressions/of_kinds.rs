@@ -1,0 +1,116 @@
+//! Fields of kinds that are read of their parts: `f.torque`, `s.stiffness`. What such a field is of depends on the joint of the kind.
+
+use super::members::Asked;
+use super::{Context, Expressions};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Attribute, Expr, ExprKind, Group, JointKind, KindField, Ty};
+use crate::syntax::ast::{self, Field, Item, ItemKind};
+use crate::syntax::declarations::BlockKind;
+use crate::units::Dimension;
+
+impl Expressions<'_> {
+    /// A field of the kind that a part has, if it is one that can be read.
+    pub(super) fn field_of_kind(&mut self, of: &Expr, asked: &Asked<'_>, cx: &Context) -> Option<Expr> {
+        let field = KindField::named(&asked.name.text).filter(|_| asked.stage.sees_design())?;
+        let program = self.environment.program;
+        let own = self.kind_of(of, cx).and_then(|kind| program.lookup(of.span, kind));
+        let types: Vec<Ty> = match own {
+            Some((_, item)) => match field_type(item, field) {
+                Some(ty) => vec![ty],
+                None => return self.has_no_field(item, asked),
+            },
+            None => {
+                // An actuator is no block.
+                let fits = |item: &Item| of.ty != Ty::Actuator || is_actuator(item);
+                let kinds = program.items().map(|(_, item)| item).filter(|item| fits(item));
+                kinds.filter_map(|item| field_type(item, field)).collect()
+            }
+        };
+        let first = types.first()?.clone();
+        if types.iter().any(|ty| *ty != first) {
+            let name = &asked.name.text;
+            let message = format!("`{name}` is something else of what turns and of what slides");
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, asked.name.span, message)
+                    .label("of which kind is the part?")
+                    .help(format!(
+                        "name the kind, as in `match a : finger` or `for a in finger`, and read `a.{name}`"
+                    )),
+            );
+            return Some(super::context::unknown(asked.span));
+        }
+        let kind = ExprKind::Attribute(Box::new(of.clone()), Attribute::Field(field));
+        Some(Expr { kind, ty: first, span: asked.span })
+    }
+
+    /// Says that parts of a kind have no such field, and what they have.
+    fn has_no_field(&mut self, item: &Item, asked: &Asked<'_>) -> Option<Expr> {
+        let ItemKind::Block(_, block) = &item.kind else { return None };
+        let has = KindField::ALL.iter().filter(|field| field_type(item, **field).is_some());
+        let has: Vec<String> = has.map(|field| format!("`{}`", field.text())).collect();
+        let (kind, name) = (&block.name.text, &asked.name.text);
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_FIELD, asked.name.span, format!("`{kind}` has no `{name}`"))
+                .label("not a field of this kind")
+                .also(block.name.span, "this kind")
+                .help(format!("what can be read of its fields: {}", has.join(", "))),
+        );
+        Some(super::context::unknown(asked.span))
+    }
+
+    /// The kind of a part, where the text says it: as it is matched, run over or placed.
+    fn kind_of(&self, of: &Expr, cx: &Context) -> Option<&str> {
+        match &of.kind {
+            ExprKind::Local(slot) => self.matched.get(&cx.locals.get(*slot)?.span).map(String::as_str),
+            ExprKind::Placed(name) => match &self.environment.placed.get(name.as_str())?.what.kind {
+                ast::ExprKind::Name(kind) => Some(kind),
+                ast::ExprKind::Call(callee, _) => match &callee.kind {
+                    ast::ExprKind::Name(kind) => Some(kind),
+                    _ => None,
+                },
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// Notes the kind of what a name runs over, if all are of one.
+    pub(super) fn note_kind(&mut self, name: &ast::Name, over: &Expr) {
+        if let ExprKind::Group(Group::Kind(kind)) = &over.kind {
+            self.matched.insert(name.span, kind.clone());
+        }
+    }
+}
+
+fn is_actuator(item: &Item) -> bool {
+    matches!(item.kind, ItemKind::Block(BlockKind::Actuator, _))
+}
+
+/// What a field of a kind is of; none if the kind has no such field.
+fn field_type(item: &Item, field: KindField) -> Option<Ty> {
+    let ItemKind::Block(BlockKind::Actuator | BlockKind::Part, block) = &item.kind else { return None };
+    if field == KindField::Friction {
+        return Some(Ty::Quantity(Dimension::NUMBER));
+    }
+    let written = block.fields.iter().find_map(|field| match field {
+        Field::Joint(joint) => Some((JointKind::named(&joint.kind.text), joint.passive.is_some())),
+        _ => None,
+    });
+    let (kind, passive) = match written {
+        Some((kind, passive)) => (kind?, passive),
+        // A row bends where it says nothing else; a part has no joint.
+        None if is_actuator(item) => (JointKind::Bend, false),
+        None => return None,
+    };
+    let spins = kind == JointKind::Spin;
+    let dimension = match field {
+        KindField::Friction => Dimension::NUMBER,
+        KindField::Stiffness if !spins => kind.stiffness(),
+        KindField::Damping => kind.damping(),
+        KindField::Torque | KindField::Effort if !passive && kind.effort_field() == field.text() => {
+            kind.effort()
+        }
+        KindField::Stiffness | KindField::Torque | KindField::Effort => return None,
+    };
+    Some(Ty::Quantity(dimension))
+}
