@@ -150,8 +150,86 @@ fn a_body_with_another_value_is_another_body() {
 fn a_parameter_that_no_rule_sets_belongs_to_no_body() {
     let text = PLATE.replace("  then\n  set    wide = min(long / 4, 30 mm)\n", "");
     let rules = compiled(&format!("grammar plates\n{text}"));
-    let design = Derivation::begin(&rules).design;
-    assert_eq!(design.values.keys().collect::<Vec<_>>(), ["long"]);
+    assert!(rules.params["long"].set_by_rules);
+    assert!(!rules.params["wide"].set_by_rules);
+}
+
+/// A value that a rule sets back to what it was is none of the body's own: it is the same body again.
+#[test]
+fn what_is_set_back_is_as_it_was() {
+    let made = plate("step a = longer(l = 50 mm)\nstep b = longer(l = 40 mm)", "").unwrap();
+    let rules = compiled(&format!("grammar plates\n{PLATE}"));
+    assert_eq!(made.design.canonical_hash(), Derivation::begin(&rules).design.canonical_hash());
+}
+
+/// Where a rule sets it before any design is there, a value from outside would say nothing.
+#[test]
+fn a_value_from_outside_that_is_always_overwritten_is_refused() {
+    let found = |always: &str, name: &str| {
+        let mut sources = grammar_lang::source::SourceMap::default();
+        let entry = sources.add("own.sgr", &format!("grammar plates\n{PLATE}\n{always}"));
+        let given = [(name.to_owned(), "20 mm".to_owned())];
+        let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &given, None);
+        let errors = compiled.diagnostics.iter().filter(|found| found.is_error());
+        errors.map(|found| found.message.clone()).collect::<Vec<_>>()
+    };
+    let always = |clauses: &str| format!("rule follows {{\n always\n {clauses}\n}}");
+    let told = found(&always("set wide = long / 4"), "wide");
+    assert!(told.iter().any(|message| message.contains("`-p` gives has no effect")), "{told:?}");
+    let begins = found(&always("set wide = max(wide, 10 mm)"), "wide");
+    let guarded = found(&always("when count(leg) > 1\n set wide = 12 mm"), "wide");
+    let other = found(&always("set wide = long / 4"), "long");
+    assert_eq!([begins, guarded, other], [const { Vec::<String>::new() }; 3]);
+}
+
+/// In a lattice, too, and what the cells are made of follows.
+#[test]
+fn lattices_have_values_of_their_own() {
+    let rules = compiled(
+        "grammar gels
+        use std.models     { ball_springs }
+        use std.objectives { travel }
+        use std.search     { nested_annealing }
+        param soft : Stiffness in 100 N/m .. 400 N/m = 200 N/m
+        cell gel {
+          spacing = 1 cm  mass = 1 g  friction = 0.8  stiffness = soft / 2  damping = 0.1 N*s/m
+          param beat : Count in 0 .. 1 = 0
+        }
+        lattice 3 x 1 x 1 of gel
+        begin { fill region(middle, -1 .. 1, 0, 0) with gel }
+        rule softer {
+          choose s in 100 N/m .. 400 N/m
+          set    soft = s
+        }
+        rule paints {
+          match c : cell
+          paint c with gel(beat = 1)
+        }
+        actuation pulse for c : gel {
+          vary  size : Number in 0 .. 0.2 mutate 0.5 by normal(0, 0.1)
+          drive strain = size * sin(t * 360 deg / 1 s)
+        }
+        actuate gel with pulse
+        example one {
+          expect soft == 200 N/m
+          step a = softer(s = 300 N/m)
+          expect soft == 300 N/m
+        }
+        simulate ball_springs for 2 s
+        maximize travel in cm
+        search nested_annealing",
+    );
+    let made = run_example(&rules, "one", &rules.examples["one"]).unwrap();
+    let springs = |derivation: &Derivation| {
+        let body = sgc::design::Body::new(&derivation.design, &rules);
+        body.assembly.springs.iter().map(|spring| spring.stiffness).collect::<Vec<_>>()
+    };
+    let (before, after) = (springs(&Derivation::begin(&rules)), springs(&made));
+    assert!(!before.is_empty());
+    assert!(
+        before.iter().zip(&after).all(|(soft, stiff)| (stiff / soft - 1.5).abs() < 1e-9),
+        "{before:?} {after:?}"
+    );
 }
 
 /// An example that breaks a requirement on each part of a kind says for which one, and what it compares.

@@ -289,7 +289,7 @@ impl Scope for DesignScope<'_> {
     }
 
     fn of_body(&self, name: &str) -> Option<Value> {
-        self.design().values.get(name).cloned()
+        self.design().known(self.rules).of_body(name)
     }
 
     fn placed(&self, name: &str) -> Option<Value> {

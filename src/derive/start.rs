@@ -17,8 +17,7 @@ use crate::design::{Design, Refusal};
 
 /// The initial design, and what of it cannot be placed.
 pub(super) fn begin(rules: &RuleSet) -> (Derivation, Option<EvalError>) {
-    let empty = Design { values: rules.first_values(), ..Design::default() };
-    let mut derivation = Derivation { design: empty, steps: Vec::new(), next: 1 };
+    let mut derivation = Derivation { design: Design::default(), steps: Vec::new(), next: 1 };
     if let Some(error) = fill(rules, &mut derivation) {
         return (derivation, Some(error));
     }

@@ -145,7 +145,15 @@ impl Design {
     pub fn set_of_body(&mut self, rules: &RuleSet, name: &str, value: &Value) -> Result<(), Refusal> {
         let declared = rules.params.get(name).ok_or(Refusal::Gone)?;
         is_within(name, (&declared.ty, declared.domain), value)?;
-        self.values.insert(name.to_owned(), value.clone());
+        if *value == declared.in_force() {
+            self.values.remove(name);
+        } else {
+            self.values.insert(name.to_owned(), value.clone());
+        }
+        // What cells are is worked out where they are simulated, and they stay where they are.
+        if rules.lattice.is_some() {
+            return Ok(());
+        }
         self.remake(rules).map_err(Refusal::NoSuchPart)?;
         self.place_all(rules)?;
         self.check_symmetry(rules)

@@ -201,7 +201,7 @@ impl Design {
     ///
     /// A [`Refusal`] when a parameter is not possible.
     pub fn core(rules: &RuleSet, kind: &str, given: &[(String, Value)]) -> Result<Self, Refusal> {
-        let values = rules.first_values();
+        let values = BodyValues::new();
         let (params, made) = change::params(&WithValues { rules, values: &values }, kind, given, 0)?;
         let part = Part {
             kind: kind.to_owned(),

@@ -19,8 +19,7 @@ pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
     let named = Named { rules, names: called, design };
     let mut text = String::new();
     for (name, value) in &design.values {
-        let param = rules.params.get(name).filter(|param| param.in_force() != *value);
-        if let Some(param) = param {
+        if let Some(param) = rules.params.get(name) {
             let value = literal(named, &Recorded::new(value), Some(&param.ty));
             let _ = writeln!(
                 text,

@@ -253,9 +253,10 @@ fn told(rules: &RuleSet, value: &Value, ty: &Ty) -> Option<String> {
 
 /// What the parameters of the grammar that rules set are in a body, a line each; nothing where there are none.
 fn of_body(rules: &RuleSet, design: &Design) -> String {
-    let lines = design.values.iter().filter_map(|(name, value)| {
-        let ty = &rules.params.get(name)?.ty;
-        Some(format!("  {name} = {}\n", told(rules, value, ty)?))
+    let set = rules.params.iter().filter(|(_, param)| param.set_by_rules);
+    let lines = set.filter_map(|(name, param)| {
+        let value = design.values.get(name).cloned().unwrap_or_else(|| param.in_force());
+        Some(format!("  {name} = {}\n", told(rules, &value, &param.ty)?))
     });
     let lines: String = lines.collect();
     if lines.is_empty() { lines } else { format!("values of the body\n{lines}") }

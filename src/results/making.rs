@@ -1,6 +1,6 @@
 //! How a design was made, a rule application at a time: what can be seen of each step, and in words.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grammar_lang::eval::WithValues;
 use grammar_lang::ir::RuleSet;
@@ -150,11 +150,9 @@ fn done(old: Named<'_>, new: Named<'_>) -> String {
     let gone = before.parts.keys().filter(|id| !after.parts.contains_key(*id));
     let gone = gone.filter(|id| !swaps.iter().any(|(swapped, _)| swapped == *id));
     say("takes away", gone.map(|id| old(*id)).collect());
-    let values = after.values.iter().filter(|(name, value)| before.values.get(*name) != Some(*value));
-    let values: Vec<String> = values.map(|(name, _)| format!("`{name}`")).collect();
-    if !values.is_empty() {
-        say("sets", values);
-    }
+    let names: BTreeSet<&String> = before.values.keys().chain(after.values.keys()).collect();
+    let others = names.into_iter().filter(|name| before.values.get(*name) != after.values.get(*name));
+    say("sets", others.map(|name| format!("`{name}`")).collect());
     let both = || before.parts.iter().filter_map(|(id, old)| Some((*id, old, after.parts.get(id)?)));
     let turned = both().filter(|(_, old, part)| old.turn != part.turn);
     say("turns", turned.map(|(id, ..)| new(id)).collect());

@@ -1,8 +1,7 @@
 //! What a stage of a grammar knows, for the expressions that are evaluated there.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU64;
-
-use indexmap::IndexMap;
 
 use super::{Reference, Value};
 use crate::ir::{Attribute, DesignFunction, Expr, Group, Param, RuleSet, Track, Ty, Word};
@@ -129,23 +128,14 @@ impl Scope for RuleSet {
     }
 }
 
-/// The values of one body, by name: those of the parameters of the grammar that rules set.
-pub type BodyValues = IndexMap<String, Value>;
+/// The values of one body, by name: the parameters of the grammar that rules have set to something else than they begin with.
+pub type BodyValues = BTreeMap<String, Value>;
 
 impl Param {
     /// Its value as expressions read it.
     #[must_use]
     pub fn in_force(&self) -> Value {
         if self.ty == Ty::Bool { Value::Bool(self.value != 0.0) } else { Value::Number(self.value) }
-    }
-}
-
-impl RuleSet {
-    /// The values that each body begins with.
-    #[must_use]
-    pub fn first_values(&self) -> BodyValues {
-        let set = self.params.iter().filter(|(_, param)| param.set_by_rules);
-        set.map(|(name, param)| (name.clone(), param.in_force())).collect()
     }
 }
 
@@ -162,7 +152,7 @@ impl Scope for WithValues<'_> {
         Some(self.rules)
     }
     fn of_body(&self, name: &str) -> Option<Value> {
-        self.values.get(name).cloned()
+        self.values.get(name).cloned().or_else(|| self.rules.param(name))
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use indexmap::IndexMap;
 
-use crate::eval::{Made, MadeActuator, Unmade, Value, WithValues};
+use crate::eval::{BodyValues, Made, MadeActuator, Unmade, Value, WithValues};
 use crate::ir::{Actuator, ExprKind, InstanceParam, Kind, Param, RuleSet, Ty};
 
 use super::known::Known;
@@ -37,7 +37,7 @@ pub(super) fn made<'k>(
             .iter()
             .map(|(n, v)| (n.clone(), v.clone()))
             .partition::<IndexMap<_, _>, _>(|(name, _)| kind.params().contains_key(name));
-        let values = rules.first_values().into_iter().chain(values).collect();
+        let values = values.into_iter().collect();
         let made = Made::of(kind, &WithValues { rules, values: &values }, &own).transpose()?;
         Some((given, made))
     })
@@ -77,7 +77,7 @@ pub(super) fn usual(known: &Known<'_>, actuator: &Actuator) -> Option<MadeActuat
     } else {
         Given::new()
     };
-    let scope = WithValues { rules: known.ruleset, values: &known.ruleset.first_values() };
+    let scope = WithValues { rules: known.ruleset, values: &BodyValues::new() };
     match Made::of(kind, &scope, &given) {
         Ok(Some(Made::Actuator(made))) => Some(made),
         _ => None,

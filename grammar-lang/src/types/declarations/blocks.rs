@@ -18,6 +18,9 @@ impl Declarations<'_> {
     ) -> Option<ir::Effect> {
         let depth = cx.locals.len();
         let is_once = over.is_empty();
+        if !is_once {
+            self.set_each_time(clauses);
+        }
         let over = self.expressions.binders(over, cx);
         let mut effects = self.within_block(clauses, 0, cx);
         let within = cx.locals.split_off(depth);
@@ -39,6 +42,31 @@ impl Declarations<'_> {
             );
         }
         Some(ir::Effect::Repeat { over, effects, lists: made })
+    }
+
+    /// Reports what sets a parameter of the grammar each time that a block is repeated: each time it reads the same, and only the last counts.
+    fn set_each_time(&mut self, clauses: &[RuleClause]) {
+        for clause in clauses {
+            match &clause.kind {
+                RuleClauseKind::Set { target, .. } => {
+                    let ast::ExprKind::Name(name) = &target.kind else { continue };
+                    let Some((_, item)) = self.environment.program.lookup(target.span, name) else {
+                        continue;
+                    };
+                    if matches!(item.kind, ast::ItemKind::Param(_)) {
+                        let message =
+                            format!("`{name}` is one value of the body, and is set anew for each repetition");
+                        self.report(
+                            Diagnostic::new(Code::BAD_VALUE, clause.span, message)
+                                .label("only the last one would count")
+                                .help("move it out of the block, and work out its value there: `sum over i in 0 .. 2 of ...`"),
+                        );
+                    }
+                }
+                RuleClauseKind::Repeat { over, clauses } if over.is_empty() => self.set_each_time(clauses),
+                _ => {}
+            }
+        }
     }
 
     /// The lists of what a block makes, by name. What stands below the block can read them.

@@ -234,8 +234,9 @@ impl Declarations<'_> {
                 continue;
             }
             let of_parts = match &clause.kind {
+                // What is set by its name alone belongs to the whole body.
+                RuleClauseKind::Set { target, .. } => !matches!(target.kind, ast::ExprKind::Name(_)),
                 RuleClauseKind::Attach { .. }
-                | RuleClauseKind::Set { .. }
                 | RuleClauseKind::Remove(_)
                 | RuleClauseKind::Replace { .. } => true,
                 RuleClauseKind::Match { links, .. } => links.len() > 1 || links.iter().any(asks_for_parts),

@@ -76,7 +76,7 @@ impl Declarations<'_> {
 
     /// Where the fields of a kind stand: what they read first are its parameters, in their order.
     pub(super) fn context_of(
-        &self,
+        &mut self,
         block: &Block,
         params: &IndexMap<String, ir::InstanceParam>,
         damaged: bool,
@@ -95,6 +95,8 @@ impl Declarations<'_> {
             _ => None,
         });
         cx.fields.all = fields.collect();
+        cx.fields.params = cx.locals.len();
+        self.expressions.find_circles(&mut cx);
         cx
     }
 

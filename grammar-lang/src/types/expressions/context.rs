@@ -1,5 +1,6 @@
 //! Where an expression stands, and which names it can read there.
 
+use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use super::stage::Stage;
@@ -47,8 +48,10 @@ pub(in crate::types) struct Context {
 pub(in crate::types) struct OwnFields {
     /// All of them.
     pub(in crate::types) all: Rc<[(Name, ast::Expr)]>,
-    /// Those that are being worked out, outermost first.
-    pub(in crate::types) open: Vec<String>,
+    /// Those that read themselves in the end, which has been told.
+    pub(in crate::types) circular: Rc<BTreeSet<String>>,
+    /// How many locals all of them know: the parameters of the part.
+    pub(in crate::types) params: usize,
 }
 
 impl Context {

@@ -15,6 +15,7 @@ mod mend;
 mod named_types;
 pub(super) mod names;
 mod of_kinds;
+mod own_fields;
 mod shared;
 mod signature;
 pub(super) mod stage;
@@ -48,6 +49,8 @@ const DEEPEST: usize = 100;
 
 /// How many operations a function, or a constant that is no number, may have when it is written out.
 const LARGEST: usize = 10_000;
+/// A field of a part with more pieces than this cannot be read by others: it would be put in their place each time.
+const LARGEST_FIELD: usize = 500;
 
 /// Of how many pieces an expression is made.
 fn nodes(expr: &Expr) -> usize {
@@ -120,6 +123,8 @@ pub(super) struct Expressions<'a> {
     params: BTreeMap<Declaration, CheckedParam>,
     /// Named constants that have been checked, and fields of models by their names; `None` while they are.
     inlined: BTreeMap<(Declaration, String), Option<Expr>>,
+    /// Fields of parts that others of the same part read, by where they are written.
+    own_fields: BTreeMap<Span, Expr>,
     /// The types of values that read shared variables.
     shared_types: BTreeMap<Declaration, Ty>,
     /// Whether an expression is being checked, so that what is checked now is a piece of it.
@@ -158,6 +163,7 @@ impl<'a> Expressions<'a> {
             touched: IndexSet::new(),
             params: BTreeMap::new(),
             inlined: BTreeMap::new(),
+            own_fields: BTreeMap::new(),
             shared_types: BTreeMap::new(),
             inside: false,
             read: IndexSet::new(),

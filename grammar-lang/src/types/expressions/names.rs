@@ -182,30 +182,6 @@ impl Expressions<'_> {
         self.stage_error(kind, &name, stage, "rules, requirements and terms, as the parts of a design")
     }
 
-    /// Another field of the part around an expression.
-    fn own_field(&mut self, name: &str, span: Span, cx: &Context) -> Option<Expr> {
-        let (field, value) = cx.fields.all.iter().find(|(field, _)| field.text == name)?;
-        if let Some(begin) = cx.fields.open.iter().position(|open| open == name) {
-            // A circle is told once: where its first field is read.
-            let circle = cx.fields.open.get(begin..).unwrap_or_default();
-            let first = cx.fields.all.iter().find(|(field, _)| circle.contains(&field.text));
-            if first.is_some_and(|(first, _)| first.text != name) {
-                return Some(unknown(span));
-            }
-            self.report(
-                Diagnostic::new(Code::BAD_VALUE, span, format!("`{name}` is defined in terms of itself"))
-                    .label("its value depends on its own value")
-                    .also(field.span, "this field")
-                    .help("a field can read others, but not itself, not even indirectly: give one of them a value of its own"),
-            );
-            return Some(unknown(span));
-        }
-        let mut within = cx.clone();
-        within.fields.open.push(name.to_owned());
-        let value = self.infer(value, &mut within);
-        Some(Expr { span, ..value })
-    }
-
     pub(super) fn unknown_name(&mut self, name: &str, span: Span, cx: &Context) -> Expr {
         if let Some(value) = self.own_field(name, span, cx) {
             return value;
