@@ -350,6 +350,11 @@ impl Declarations<'_> {
                 }
             }
         };
-        self.report(error.help("write for example `param segments : Count in 2 .. 12 = 5`"));
+        self.report(error.help(match written {
+            Some(_) => "write for example `param segments : Count in 2 .. 12 = 5`",
+            None => {
+                "write for example `param segments : Count in 2 .. 12 = 5`, or, for two segments and the hinge between them, `joint = bend about z`"
+            }
+        }));
     }
 }

@@ -59,7 +59,7 @@ impl Declarations<'_> {
                         self.report(
                             Diagnostic::new(Code::BAD_VALUE, clause.span, message)
                                 .label("only the last one would count")
-                                .help("move it out of the block, and work out its value there: `sum over i in 0 .. 2 of ...`"),
+                                .help("move it out of the block, and work out its value there (`sum over i in 0 .. 2 of ...`), or give each part a parameter of its own"),
                         );
                     }
                 }

@@ -35,8 +35,8 @@ impl Expressions<'_> {
             if cx.stage.sees_word(word) {
                 return make(ExprKind::Word(word), signature::word(word));
             }
-            // It may be a name that a lost clause binds.
-            if cx.damaged {
+            // It may be a name that a lost clause binds, or one that `begin` gives, which has been told.
+            if cx.damaged || self.environment.placed.contains_key(name) {
                 return unknown(span);
             }
             let places: Vec<&str> = stages_of(word).unwrap_or(&[]).iter().map(|s| s.name()).collect();
