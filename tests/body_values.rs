@@ -1,6 +1,6 @@
 //! Parameters of the grammar that rules set: each body has values of its own.
 
-use sgc::derive::{Derivation, check_start, run_example};
+use sgc::derive::{Derivation, check_begun, check_start, run_example};
 use sgc::design::CORE;
 
 use crate::joints::compiled;
@@ -180,6 +180,42 @@ fn a_value_from_outside_that_is_always_overwritten_is_refused() {
     let guarded = found(&always("when count(leg) > 1\n set wide = 12 mm"), "wide");
     let other = found(&always("set wide = long / 4"), "long");
     assert_eq!([begins, guarded, other], [const { Vec::<String>::new() }; 3]);
+}
+
+/// The same where the rule has a condition that holds in the initial design.
+#[test]
+fn a_value_from_outside_that_is_overwritten_at_once_is_refused() {
+    let found = |always: &str| {
+        let mut sources = grammar_lang::source::SourceMap::default();
+        let entry = sources.add("own.sgr", &format!("grammar plates\n{PLATE}\n{always}"));
+        let given = [("wide".to_owned(), "20 mm".to_owned())];
+        let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &given, None);
+        check_begun(&compiled, entry, &sources).iter().filter(|found| found.is_error()).count()
+    };
+    assert_eq!(found("rule follows {\n always\n when count(leg) == 0\n set wide = 12 mm\n}"), 1);
+    assert_eq!(found("rule follows {\n always\n when count(leg) > 0\n set wide = 12 mm\n}"), 0);
+    assert_eq!(found("rule follows {\n always\n set wide = max(wide, 20 mm)\n}"), 0);
+}
+
+/// A field of a kind whose name another kind gives to a parameter: what the part has is read.
+#[test]
+fn a_field_and_a_parameter_of_one_name_are_told_apart() {
+    let flag = "part flag {
+  param stiffness : Number in 0 .. 5 = 3
+  shape = box(1 cm, 1 mm, 1 cm)  mass = 1 g  friction = 0.5
+}
+rule raise {
+  match  p : port where p.free and p is other
+  attach flag to p as f
+}
+require stiff : forall a in bender: a.stiffness >= 0.2 N*m/rad^2
+require flags : forall f in flag: f.stiffness > 1";
+    plate(
+        "step a = raise(p = core.other[0])
+         expect a.f.stiffness == 3 and tail.stiffness == 0.3 N*m/rad^2 and tail.twin.stiffness == 0.3 N*m/rad^2",
+        flag,
+    )
+    .unwrap();
 }
 
 /// In a lattice, too, and what the cells are made of follows.

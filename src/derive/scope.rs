@@ -322,7 +322,9 @@ impl Scope for DesignScope<'_> {
             (Attribute::Joint(attribute), Reference::Joint(held)) => self.joint_attribute(held, *attribute),
             (Attribute::Step(attribute), Reference::Step(id)) => self.step_attribute(id, *attribute),
             (Attribute::Param(name), Reference::Part(id)) => {
-                self.design_of(id).parts.get(&id)?.params.get(name).cloned()
+                // Of several kinds, some may have a field of that name.
+                let field = || self.kind_field(id, KindField::named(name)?);
+                self.design_of(id).parts.get(&id)?.params.get(name).cloned().or_else(field)
             }
             (Attribute::Field(field), Reference::Part(id)) => self.kind_field(id, *field),
             // Only a motion has them, or its world, or a vector.

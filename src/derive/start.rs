@@ -4,7 +4,7 @@ use grammar_lang::Compiled;
 use grammar_lang::bounds::Begun;
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{EvalError, PartId, Value, evaluate};
-use grammar_lang::ir::{Placed, RuleSet, Symmetry};
+use grammar_lang::ir::{Param, Placed, RuleSet, Symmetry};
 
 use grammar_lang::names::with_changes;
 use grammar_lang::source::{FileId, SourceMap};
@@ -99,6 +99,7 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
     }
     let begun = begin(rules).0;
     let mut found = super::refused::check(rules, &begun);
+    found.extend(overwritten(rules, &begun.design));
     if rules.lattice.is_none() && begun.design.parts.len() > rules.begin.len() {
         let mut counts = Begun::new();
         for part in begun.design.parts.values() {
@@ -114,6 +115,21 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
         None => found.extend(super::divisors::check(rules, &begun)),
     }
     found
+}
+
+/// Values from outside that say nothing: a rule that is carried out always has set the parameter to another one before any step.
+fn overwritten(rules: &RuleSet, design: &Design) -> Vec<Diagnostic> {
+    let given = design.values.keys().filter_map(|name| Some((name, rules.params.get(name)?)));
+    let error = |(name, param): (&String, &Param)| {
+        Diagnostic::new(
+            Code::NO_EFFECT,
+            param.span,
+            format!("the value of `{name}` that `-p` gives is not that of the initial design"),
+        )
+        .label("a rule that is carried out always sets it to another one")
+        .help("vary what this rule reads, or leave `-p` out")
+    };
+    given.filter(|(_, param)| param.given).map(error).collect()
 }
 
 /// Reports the requirement that the initial design breaks, if it does.

@@ -127,6 +127,10 @@ impl Design {
                 Settable::Turn => part.turn = normal_turn(value.as_number().ok_or(Refusal::Gone)?),
                 Settable::Param(name) => {
                     in_domain(rules, &part.kind, name, value)?;
+                    // It is what it was: rules that are carried out always set most parts to what they are.
+                    if part.params.get(name) == Some(value) {
+                        continue;
+                    }
                     part.params.insert(name.clone(), value.clone());
                     let known = WithValues { rules, values: &self.values };
                     part.made = made(&known, &part.kind, &part.params, part.image)?;

@@ -1,6 +1,7 @@
 //! What one part is, from what its kind says and the values of its parameters.
 
 use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use indexmap::IndexMap;
 
@@ -158,6 +159,21 @@ impl fmt::Display for Unmade {
 
 impl std::error::Error for Unmade {}
 
+/// A scope with so many operations for all that is worked out in it.
+struct Bounded<'a> {
+    scope: &'a dyn Scope,
+    left: &'a AtomicU64,
+}
+
+impl Scope for Bounded<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(self.scope)
+    }
+    fn left(&self) -> Option<&AtomicU64> {
+        Some(self.left)
+    }
+}
+
 /// What a number must be.
 #[derive(Clone, Copy)]
 enum Sign {
@@ -173,6 +189,9 @@ struct Starts {
     driven: bool,
 }
 
+/// How many operations all fields of one part may take together.
+const MOST_OF_PART: u64 = 200_000;
+
 /// What fields are worked out with.
 struct From<'a> {
     scope: &'a dyn Scope,
@@ -186,6 +205,39 @@ impl Made {
     ///
     /// An [`Unmade`] field: with these parameters it has no value, or none that a part can have.
     pub fn of(
+        kind: Kind<'_>,
+        scope: &dyn Scope,
+        params: &IndexMap<String, Value>,
+    ) -> Result<Option<Self>, Unmade> {
+        Self::within(kind, scope, params, &AtomicU64::new(u64::MAX)).unwrap_or(Ok(None))
+    }
+
+    /// The same as long as `left` operations last, from which it takes what it needs; `None` where they do not.
+    pub(crate) fn within(
+        kind: Kind<'_>,
+        scope: &dyn Scope,
+        params: &IndexMap<String, Value>,
+        left: &AtomicU64,
+    ) -> Option<Result<Option<Self>, Unmade>> {
+        let all = left.load(Ordering::Relaxed);
+        let allowed = all.min(MOST_OF_PART);
+        let own = AtomicU64::new(allowed);
+        let made = Self::worked_out(kind, &Bounded { scope, left: &own }, params);
+        let rest = own.load(Ordering::Relaxed);
+        left.store(all - (allowed - rest), Ordering::Relaxed);
+        match made {
+            Err(_) if rest == 0 && allowed < MOST_OF_PART => None,
+            Err(unmade) if rest == 0 => Some(Err(Unmade {
+                reason: format!(
+                    "the fields of a part take {MOST_OF_PART} operations at most; sum over fewer values"
+                ),
+                ..unmade
+            })),
+            made => Some(made),
+        }
+    }
+
+    fn worked_out(
         kind: Kind<'_>,
         scope: &dyn Scope,
         params: &IndexMap<String, Value>,

@@ -154,6 +154,9 @@ pub struct Param {
     /// Whether rules set it: then each body has a value of its own, and this is the one that it begins with.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub set_by_rules: bool,
+    /// Whether its value was given from outside, with `-p`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub given: bool,
     /// Where it is declared.
     pub span: Span,
 }

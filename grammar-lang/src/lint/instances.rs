@@ -2,6 +2,7 @@
 //! where these are few.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 
@@ -32,15 +33,19 @@ pub(super) fn made<'k>(
         false => Some(vec![Given::new()]),
     };
     let given = given.unwrap_or_default();
-    given.into_iter().filter_map(move |given| {
-        let (own, values) = given
-            .iter()
-            .map(|(n, v)| (n.clone(), v.clone()))
-            .partition::<IndexMap<_, _>, _>(|(name, _)| kind.params().contains_key(name));
-        let values = values.into_iter().collect();
-        let made = Made::of(kind, &WithValues { rules, values: &values }, &own).transpose()?;
-        Some((given, made))
-    })
+    let left = Arc::clone(&known.tried);
+    given
+        .into_iter()
+        .map_while(move |given| {
+            let (own, values) = given
+                .iter()
+                .map(|(n, v)| (n.clone(), v.clone()))
+                .partition::<IndexMap<_, _>, _>(|(name, _)| kind.params().contains_key(name));
+            let values = values.into_iter().collect();
+            let made = Made::within(kind, &WithValues { rules, values: &values }, &own, &left)?;
+            Some(made.transpose().map(|made| (given, made)))
+        })
+        .flatten()
 }
 
 /// The parameters of the grammar that the fields of a kind read and rules set. One that hides a parameter of the kind is an error.

@@ -1,6 +1,8 @@
 //! What many checks need to know of a rule set, worked out once.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 
 use crate::bounds::{Abstract, Begun, Facts, Interval, Reasoning, locals_of, narrowed_locals_of};
 use crate::eval::{Allowance, Budget, EvalError, Scope, Value};
@@ -17,6 +19,8 @@ pub(super) struct Known<'r> {
     /// What is known of the locals of each rule.
     locals: Vec<Locals>,
     allowance: Allowance,
+    /// How many operations parts may still take that are tried with other parameters.
+    pub(super) tried: Arc<AtomicU64>,
 }
 
 /// A kind of actuator that a task drives, and the actuation that drives it.
@@ -26,6 +30,9 @@ pub(super) struct Actuated<'r> {
     pub(super) actuator: &'r Actuator,
     pub(super) actuation: &'r Actuation,
 }
+
+/// How many operations all parts may take together that are tried with other parameters.
+const TRIED: u64 = 200_000_000;
 
 /// What is known of the locals of a rule.
 pub(super) struct Locals {
@@ -43,7 +50,8 @@ impl<'r> Known<'r> {
         let locals = ruleset.rules.iter().map(locals).collect();
         let made = made(&facts);
         let possible = placed(&facts).union(&made).cloned().collect();
-        Self { ruleset, possible, made, locals, facts, allowance: Allowance::of_check(budget) }
+        let (allowance, tried) = (Allowance::of_check(budget), Arc::new(AtomicU64::new(TRIED)));
+        Self { ruleset, possible, made, locals, facts, allowance, tried }
     }
 
     /// The rules, with what is known of their locals.

@@ -38,7 +38,7 @@ impl Declarations<'_> {
     ) -> Option<ir::Actuation> {
         let found = self.expressions.errors.len();
         let mut cx = Context::new(Stage::Drive, damaged);
-        let driven = self.actuated(kind, &mut cx);
+        let driven = self.actuated(binder, kind, &mut cx);
         let of_cells = driven == Ty::Cell;
         self.expressions.bind(binder, driven, &mut cx);
         let mut variables = self.variables_of_everyone(everyones, &mut cx);
@@ -182,8 +182,9 @@ impl Declarations<'_> {
     }
 
     /// The type of what an actuation is for.
-    fn actuated(&mut self, kind: &Name, cx: &mut Context) -> Ty {
+    fn actuated(&mut self, binder: &Name, kind: &Name, cx: &mut Context) -> Ty {
         let group = self.group_named(kind, cx);
+        group.iter().for_each(|group| self.expressions.note_group(binder, group));
         let is_fine = match &group {
             Some(Group::Actuator | Group::Cell) | None => true,
             Some(Group::Kind(name)) => {

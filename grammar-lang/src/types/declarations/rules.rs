@@ -502,6 +502,7 @@ impl Declarations<'_> {
                 if ty == Ty::Actuator {
                     self.expressions.actuators_made.insert(name.span);
                 }
+                self.expressions.note_kind(name, what);
                 self.expressions.bind(name, ty, cx);
             }
             None => cx.locals.push(Local::new("", ty, what.span)),
@@ -677,7 +678,13 @@ impl Declarations<'_> {
             );
             return None;
         };
-        let param = self.expressions.param(declaration)?;
+        let Some(param) = self.expressions.param(declaration) else {
+            // What is wrong with it has been told.
+            return Some(ir::Effect::SetOfBody {
+                name: name.clone(),
+                value: self.expressions.infer(value, cx),
+            });
+        };
         let value = self.expressions.expect(value, cx, &param.ty, &format!("`{name}`"));
         if let (Some((low, high)), Some(x)) = (param.domain, self.expressions.quiet_number(&value))
             && !(low..=high).contains(&x)

@@ -65,6 +65,7 @@ impl Declarations<'_> {
             self.report(error.label("a cell").help(help));
             return None;
         }
+        self.expressions.note_group(binder, &group);
         self.expressions.bind(binder, member, cx);
         Some(group)
     }

@@ -146,6 +146,7 @@ impl Expressions<'_> {
                     return Expr { kind, ty: Ty::Port, span };
                 }
                 let is_actuator = *ty == Ty::Actuator;
+                let of_kind = self.is_field_of_kind(&of, &name.text, cx);
                 let known = self.instance_params();
                 let has_none = is_actuator && known.of_actuators.is_empty() && built_in.is_none();
                 let of_actuators = known.of_actuators.get(&name.text);
@@ -155,7 +156,7 @@ impl Expressions<'_> {
                     (Some(one), Some(other)) if one != other => Some(&None),
                     (one, other) => one.or(other),
                 };
-                match own.cloned() {
+                match own.cloned().filter(|_| !of_kind) {
                     Some(Some(ty)) => return make(of, param(), ty),
                     Some(None) => return self.of_several_types(name),
                     None if built_in.is_some() => {}

@@ -456,6 +456,7 @@ impl<'a> Expressions<'a> {
                 given = Some(text.clone());
             }
         }
+        let is_given = given.is_some();
         let (value, span) = match (given, &param.default) {
             (Some(text), _) => (self.outside_value(&text, &ty, param)?, param.name.span),
             (None, Some(default)) => {
@@ -495,7 +496,7 @@ impl<'a> Expressions<'a> {
             );
             return None;
         }
-        Some(ir::Param { ty, domain, value, set_by_rules: false, span: param.name.span })
+        Some(ir::Param { ty, domain, value, set_by_rules: false, given: is_given, span: param.name.span })
     }
 
     /// Reads the value of `-p NAME=VALUE`.

@@ -3,7 +3,7 @@
 use super::members::Asked;
 use super::{Context, Expressions};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Attribute, Expr, ExprKind, Group, JointKind, KindField, Ty};
+use crate::ir::{Attribute, Expr, ExprKind, Group, JointKind, KindField, PartAttribute, Ty};
 use crate::syntax::ast::{self, Field, Item, ItemKind};
 use crate::syntax::declarations::BlockKind;
 use crate::units::Dimension;
@@ -61,6 +61,8 @@ impl Expressions<'_> {
     /// The kind of a part, where the text says it: as it is matched, run over or placed.
     fn kind_of(&self, of: &Expr, cx: &Context) -> Option<&str> {
         match &of.kind {
+            // An image is what its original is.
+            ExprKind::Attribute(of, Attribute::Part(PartAttribute::Twin)) => self.kind_of(of, cx),
             ExprKind::Local(slot) => self.matched.get(&cx.locals.get(*slot)?.span).map(String::as_str),
             ExprKind::Placed(name) => match &self.environment.placed.get(name.as_str())?.what.kind {
                 ast::ExprKind::Name(kind) => Some(kind),
@@ -74,9 +76,26 @@ impl Expressions<'_> {
         }
     }
 
-    /// Notes the kind of what a name runs over, if all are of one.
-    pub(super) fn note_kind(&mut self, name: &ast::Name, over: &Expr) {
-        if let ExprKind::Group(Group::Kind(kind)) = &over.kind {
+    /// Whether the kind of a part is known, and has no parameter of a name, but a field.
+    pub(super) fn is_field_of_kind(&self, of: &Expr, name: &str, cx: &Context) -> bool {
+        let item = self.kind_of(of, cx).and_then(|kind| self.environment.program.lookup(of.span, kind));
+        let Some((_, Item { kind: ItemKind::Block(_, block), .. })) = item else { return false };
+        let has = |field: &Field| matches!(field, Field::Param(param) if param.name.text == name);
+        KindField::named(name).is_some() && !block.fields.iter().any(has)
+    }
+
+    /// Notes the kind of what a name stands for, if all that it can be is of one.
+    pub(in crate::types) fn note_kind(&mut self, name: &ast::Name, over: &Expr) {
+        match &over.kind {
+            ExprKind::Group(group) => self.note_group(name, group),
+            ExprKind::Kind(kind, _) => drop(self.matched.insert(name.span, kind.clone())),
+            _ => {}
+        }
+    }
+
+    /// The same for a group of parts.
+    pub(in crate::types) fn note_group(&mut self, name: &ast::Name, group: &Group) {
+        if let Group::Kind(kind) = group {
             self.matched.insert(name.span, kind.clone());
         }
     }
