@@ -167,7 +167,7 @@ fn what_is_set_back_is_as_it_was() {
 fn a_value_from_outside_that_is_always_overwritten_is_refused() {
     let found = |always: &str, name: &str| {
         let mut sources = grammar_lang::source::SourceMap::default();
-        let entry = sources.add("own.sgr", &format!("grammar plates\n{PLATE}\n{always}"));
+        let entry = sources.add("own.sgr", format!("grammar plates\n{PLATE}\n{always}"));
         let given = [(name.to_owned(), "20 mm".to_owned())];
         let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &given, None);
         let errors = compiled.diagnostics.iter().filter(|found| found.is_error());
@@ -187,7 +187,7 @@ fn a_value_from_outside_that_is_always_overwritten_is_refused() {
 fn a_value_from_outside_that_is_overwritten_at_once_is_refused() {
     let found = |always: &str| {
         let mut sources = grammar_lang::source::SourceMap::default();
-        let entry = sources.add("own.sgr", &format!("grammar plates\n{PLATE}\n{always}"));
+        let entry = sources.add("own.sgr", format!("grammar plates\n{PLATE}\n{always}"));
         let given = [("wide".to_owned(), "20 mm".to_owned())];
         let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &given, None);
         check_begun(&compiled, entry, &sources).iter().filter(|found| found.is_error()).count()
