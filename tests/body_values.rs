@@ -228,8 +228,8 @@ fn lattices_have_values_of_their_own() {
         use std.search     { nested_annealing }
         param soft : Stiffness in 100 N/m .. 400 N/m = 200 N/m
         cell gel {
-          spacing = 1 cm  mass = 1 g  friction = 0.8  stiffness = soft / 2  damping = 0.1 N*s/m
-          param beat : Count in 0 .. 1 = 0
+          spacing = 1 cm  mass = 1 g  friction = sqrt(1 - beat)  stiffness = soft / 2  damping = 0.1 N*s/m
+          param beat : Count in 0 .. 3 = 0
         }
         lattice 3 x 1 x 1 of gel
         begin { fill region(middle, -1 .. 1, 0, 0) with gel }
@@ -238,8 +238,9 @@ fn lattices_have_values_of_their_own() {
           set    soft = s
         }
         rule paints {
-          match c : cell
-          paint c with gel(beat = 1)
+          match  c : cell
+          choose n in 0 .. 3
+          paint  c with gel(beat = n)
         }
         actuation pulse for c : gel {
           vary  size : Number in 0 .. 0.2 mutate 0.5 by normal(0, 0.1)
@@ -251,11 +252,17 @@ fn lattices_have_values_of_their_own() {
           step a = softer(s = 300 N/m)
           expect soft == 300 N/m
         }
+        example two {
+          step a = paints(c = middle, n = 1)
+          step b = paints(c = middle, n = 2)
+        }
         simulate ball_springs for 2 s
         maximize travel in cm
         search nested_annealing",
     );
     let made = run_example(&rules, "one", &rules.examples["one"]).unwrap();
+    let refused = run_example(&rules, "two", &rules.examples["two"]).map(|_| ());
+    assert!(format!("{refused:?}").contains("no `friction`"), "{refused:?}");
     let springs = |derivation: &Derivation| {
         let body = sgc::design::Body::new(&derivation.design, &rules);
         body.assembly.springs.iter().map(|spring| spring.stiffness).collect::<Vec<_>>()

@@ -154,9 +154,9 @@ impl Design {
         } else {
             self.values.insert(name.to_owned(), value.clone());
         }
-        // What cells are is worked out where they are simulated, and they stay where they are.
-        if rules.lattice.is_some() {
-            return Ok(());
+        // Cells stay where they are.
+        if let Some(lattice) = &rules.lattice {
+            return self.check_cells(rules, lattice);
         }
         self.remake(rules).map_err(Refusal::NoSuchPart)?;
         self.place_all(rules)?;

@@ -4,8 +4,9 @@
 //! places, x first, then y, then z.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use grammar_lang::eval::{KindValue, Value, WithValues, evaluate};
+use grammar_lang::eval::{Bounded, KindValue, Unmade, Value, WithValues, evaluate};
 use grammar_lang::ir::{Expr, JOINED, Lattice, RuleSet, Symmetry};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
@@ -111,6 +112,7 @@ impl Design {
         step: u64,
     ) -> Result<(), Refusal> {
         let (params, made) = change::params(&self.known(rules), &with.name, &with.params, 0)?;
+        material(&self.known(rules), lattice, &params, &for_cells()).map_err(Refusal::NoSuchPart)?;
         for id in with_images(lattice, rules.symmetry, places) {
             let cell = Part {
                 kind: with.name.clone(),
@@ -143,12 +145,31 @@ impl Design {
         places: &[PartId],
         with: &KindValue,
     ) -> Result<(), Refusal> {
+        let known = WithValues { rules, values: &self.values };
+        let left = for_cells();
+        // Those that are alike are made of the same.
+        let mut last: Option<IndexMap<String, Value>> = None;
         for id in with_images(lattice, rules.symmetry, places) {
             let Some(cell) = self.parts.get_mut(&id) else { continue };
+            let mut other = false;
             for (name, value) in &with.params {
                 change::in_domain(rules, &with.name, name, value)?;
-                cell.params.insert(name.clone(), value.clone());
+                other |= cell.params.insert(name.clone(), value.clone()).as_ref() != Some(value);
             }
+            if other && last.as_ref() != Some(&cell.params) {
+                material(&known, lattice, &cell.params, &left).map_err(Refusal::NoSuchPart)?;
+                last = Some(cell.params.clone());
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that every cell is made of something.
+    pub(super) fn check_cells(&self, rules: &RuleSet, lattice: &Lattice) -> Result<(), Refusal> {
+        let left = for_cells();
+        let mut last = None;
+        for cell in self.parts.values().filter(|cell| last.replace(&cell.params) != Some(&cell.params)) {
+            material(&self.known(rules), lattice, &cell.params, &left).map_err(Refusal::NoSuchPart)?;
         }
         Ok(())
     }
@@ -235,29 +256,81 @@ pub(super) struct Material {
     damping: f64,
 }
 
-/// A field of a cell's declaration for a cell; what has no value is no number, which no model simulates.
-fn field(known: &WithValues<'_>, value: &Expr, cell: &Part) -> f64 {
-    let mut params: Vec<Value> = cell.params.values().cloned().collect();
-    let value = evaluate(value, known, &mut params).ok();
-    value.and_then(|value| value.as_number()).unwrap_or(f64::NAN)
+/// How many operations the fields of all cells may take together that one effect makes or paints, and those of all cells of a body.
+const MOST_OF_CELLS: u64 = 20_000_000;
+
+/// And those of one cell.
+const MOST_OF_CELL: u64 = 20_000;
+
+/// What fields of cells may still take.
+pub(super) fn for_cells() -> AtomicU64 {
+    AtomicU64::new(MOST_OF_CELLS)
 }
 
-pub(super) fn material(known: &WithValues<'_>, lattice: &Lattice, cell: &Part) -> Material {
-    let of = |value: &Expr| field(known, value, cell);
-    let declared = &lattice.cell;
-    Material {
-        mass: of(&declared.mass),
-        friction: of(&declared.friction),
-        stiffness: of(&declared.stiffness),
-        damping: of(&declared.damping),
-    }
+/// What a cell with these parameters is made of.
+///
+/// # Errors
+///
+/// An [`Unmade`] field: with these parameters it has no value, or none that a cell can have.
+pub(super) fn material(
+    known: &WithValues<'_>,
+    lattice: &Lattice,
+    params: &IndexMap<String, Value>,
+    left: &AtomicU64,
+) -> Result<Material, Unmade> {
+    let all = left.load(Ordering::Relaxed);
+    let own = AtomicU64::new(all.min(MOST_OF_CELL));
+    let made = material_within(&Bounded { scope: known, left: &own }, lattice, params);
+    let rest = own.load(Ordering::Relaxed);
+    left.store(all - (all.min(MOST_OF_CELL) - rest), Ordering::Relaxed);
+    made.map_err(|unmade| match rest {
+        0 => Unmade {
+            reason: format!(
+                "the fields of a cell take {MOST_OF_CELL} operations at most, and those of all cells {MOST_OF_CELLS}; sum over fewer values"
+            ),
+            ..unmade
+        },
+        _ => unmade,
+    })
 }
+
+fn material_within(
+    known: &Bounded<'_>,
+    lattice: &Lattice,
+    params: &IndexMap<String, Value>,
+) -> Result<Material, Unmade> {
+    let of = |field: &'static str, value: &Expr, may_be_zero: bool| {
+        let mut params: Vec<Value> = params.values().cloned().collect();
+        let unmade = |reason: &str| Unmade { field, reason: reason.to_owned() };
+        let number = evaluate(value, known, &mut params).map_err(|error| unmade(&error.reason))?;
+        match number.as_number() {
+            Some(x) if x > 0.0 || x == 0.0 && may_be_zero => Ok(x),
+            Some(_) if may_be_zero => Err(unmade("it must not be below 0")),
+            _ => Err(unmade("it must be above 0")),
+        }
+    };
+    let declared = &lattice.cell;
+    Ok(Material {
+        mass: of("mass", &declared.mass, false)?,
+        friction: of("friction", &declared.friction, true)?,
+        stiffness: of("stiffness", &declared.stiffness, false)?,
+        damping: of("damping", &declared.damping, true)?,
+    })
+}
+
+/// What a cell is made of that has no value: no model simulates it.
+const NOTHING: Material =
+    Material { mass: f64::NAN, friction: f64::NAN, stiffness: f64::NAN, damping: f64::NAN };
 
 /// The colour of a cell, `#rrggbb`.
 #[must_use]
 pub fn colour(known: &WithValues<'_>, lattice: &Lattice, cell: &Part) -> String {
     let mut params: Vec<Value> = cell.params.values().cloned().collect();
-    match evaluate(&lattice.cell.colour, known, &mut params) {
+    match evaluate(
+        &lattice.cell.colour,
+        &Bounded { scope: known, left: &AtomicU64::new(MOST_OF_CELL) },
+        &mut params,
+    ) {
         Ok(Value::Text(colour)) => colour.to_string(),
         _ => "#9aa3ad".to_owned(),
     }
@@ -274,10 +347,12 @@ pub(super) fn body(design: &Design, rules: &RuleSet, lattice: &Lattice) -> Body 
         Body { assembly: Assembly::default(), parts_of_elements: Vec::new(), actuators: Vec::new() };
     let mut alike: Vec<(&IndexMap<String, Value>, Material)> = Vec::new();
     let mut class_of = Vec::with_capacity(design.parts.len());
+    let left = for_cells();
     let is_driven = |kind: &str| rules.tasks.values().any(|task| task.actuated.contains_key(kind));
     for (id, cell) in &design.parts {
         let class = alike.iter().position(|(params, _)| **params == cell.params).unwrap_or_else(|| {
-            alike.push((&cell.params, material(&design.known(rules), lattice, cell)));
+            let made = material(&design.known(rules), lattice, &cell.params, &left).unwrap_or(NOTHING);
+            alike.push((&cell.params, made));
             if is_driven(&cell.kind) {
                 body.actuators.push(*id);
             }

@@ -277,7 +277,9 @@ impl Design {
         Some(match (part.made.as_deref(), &rules.lattice) {
             (Some(Made::Block(block)), _) => block.mass,
             (Some(Made::Actuator(actuator)), _) => actuator.mass * port::segments(part) as f64,
-            (None, Some(lattice)) => lattice::material(&self.known(rules), lattice, part).mass,
+            (None, Some(lattice)) => {
+                lattice::material(&self.known(rules), lattice, &part.params, &lattice::for_cells()).ok()?.mass
+            }
             (None, None) => return None,
         })
     }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use indexmap::IndexMap;
 
-use super::{Scope, Value, evaluate};
+use super::{Bounded, Scope, Value, evaluate};
 use crate::ir::{Actuator, Field, Form, Joint, JointKind, Kind, Mass, Motor, Part, Port, Speed};
 use crate::units::{Dimension, shown};
 
@@ -158,21 +158,6 @@ impl fmt::Display for Unmade {
 }
 
 impl std::error::Error for Unmade {}
-
-/// A scope with so many operations for all that is worked out in it.
-struct Bounded<'a> {
-    scope: &'a dyn Scope,
-    left: &'a AtomicU64,
-}
-
-impl Scope for Bounded<'_> {
-    fn outer(&self) -> Option<&dyn Scope> {
-        Some(self.scope)
-    }
-    fn left(&self) -> Option<&AtomicU64> {
-        Some(self.left)
-    }
-}
 
 /// What a number must be.
 #[derive(Clone, Copy)]

@@ -24,7 +24,7 @@ pub use made::{
 };
 pub use over::evaluate_over;
 use scope::InCycle;
-pub use scope::{BodyValues, Scope, WithValues};
+pub use scope::{BodyValues, Bounded, Scope, WithValues};
 pub use value::{Domain, KindValue, PartId, Reference, Value};
 pub use valves::{NoCycle, Valve, Valves};
 

@@ -156,6 +156,23 @@ impl Scope for WithValues<'_> {
     }
 }
 
+/// A scope with so many operations for all that is worked out in it.
+pub struct Bounded<'a> {
+    /// What is known.
+    pub scope: &'a dyn Scope,
+    /// How many operations are left.
+    pub left: &'a AtomicU64,
+}
+
+impl Scope for Bounded<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(self.scope)
+    }
+    fn left(&self) -> Option<&AtomicU64> {
+        Some(self.left)
+    }
+}
+
 /// The inside of a pattern: a scope that also knows where the cycle is.
 pub(super) struct InCycle<'a> {
     pub(super) outer: &'a dyn Scope,

@@ -1,14 +1,12 @@
 //! A rule sets a parameter that no part there can have, or something reads one.
 
-use std::collections::BTreeSet;
-
 use crate::bounds::{Abstract, Kinds, Lacking, Repeated};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{Effect, Settable};
 use crate::source::Span;
 
 use super::known::Known;
-use super::places::places;
+use super::places::wherever;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (rule, locals) in known.all_rules() {
@@ -25,19 +23,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         );
     }
     // Whatever else is worked out: it has no value as soon as there is such a part.
-    let mut told: BTreeSet<_> =
-        findings.iter().map(|d| (d.span().file, d.span().start, d.span().end)).collect();
-    for place in places(known) {
-        let mut reasoning = known.reasoning(&place.locals);
-        for expr in place.exprs {
-            reasoning.value(expr);
-        }
-        for Lacking { span, name, kinds } in &reasoning.lacking {
-            if told.insert((span.file, span.start, span.end)) {
-                findings.extend(not_there(known, kinds, name, *span));
-            }
-        }
-    }
+    wherever(known, findings, |reasoning| {
+        let lacking = reasoning.lacking.iter();
+        lacking.filter_map(|Lacking { span, name, kinds }| not_there(known, kinds, name, *span)).collect()
+    });
 }
 
 fn not_there(known: &Known<'_>, kinds: &Kinds, name: &str, at: Span) -> Option<Diagnostic> {

@@ -1,14 +1,12 @@
 //! A port is asked for that no part there can have.
 
-use std::collections::BTreeSet;
-
 use crate::bounds::{Abstract, Asked, Facts, Interval, Reasoning, Repeated, Truth, conjuncts};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{ACTUATOR_PORTS, BLOCK_PORTS, Effect, Expr, ExprKind, Operator, Rule};
 use crate::source::Span;
 
 use super::known::Known;
-use super::places::{conditions, places};
+use super::places::{conditions, wherever};
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let facts = &known.facts;
@@ -26,21 +24,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         });
     }
     // Whatever else is worked out: requirements, preferences, terms, guards, actuations.
-    let mut told: BTreeSet<_> =
-        findings.iter().map(|d| (d.span().file, d.span().start, d.span().end)).collect();
-    for place in places(known) {
-        let mut reasoning = known.reasoning(&place.locals);
-        for expr in place.exprs {
-            reasoning.value(expr);
-        }
-        for asked in &reasoning.ports {
-            let Some(finding) = never_there(facts, asked) else { continue };
-            let span = finding.span();
-            if told.insert((span.file, span.start, span.end)) {
-                findings.push(finding);
-            }
-        }
-    }
+    wherever(known, findings, |reasoning| {
+        reasoning.ports.iter().filter_map(|asked| never_there(facts, asked)).collect()
+    });
 }
 
 /// What is wrong with a port that a rule must find, if it cannot.

@@ -1,6 +1,9 @@
 //! Where expressions stand in a rule set, with what is known of their locals.
 
-use crate::bounds::{Abstract, Repeated, actuation_locals, state_locals};
+use std::collections::BTreeSet;
+
+use crate::bounds::{Abstract, Reasoning, Repeated, actuation_locals, state_locals};
+use crate::diagnostics::Diagnostic;
 use crate::ir::{Effect, Expr, Kernel, Rule, SearchMethod, Spread};
 
 use super::known::Known;
@@ -15,6 +18,23 @@ pub(super) struct Scoped<'r> {
 pub(super) fn conditions(rule: &Rule) -> impl Iterator<Item = &Expr> {
     let matched = rule.matches.iter().filter_map(|m| m.condition.as_ref());
     matched.chain(rule.guards.iter().map(|g| &g.condition))
+}
+
+/// What is found in all that is worked out, once at each place; `found` looks at what was met there.
+pub(super) fn wherever(
+    known: &Known<'_>,
+    findings: &mut Vec<Diagnostic>,
+    found: impl Fn(&Reasoning<'_>) -> Vec<Diagnostic>,
+) {
+    let place_of = |found: &Diagnostic| (found.span().file, found.span().start, found.span().end);
+    let mut told: BTreeSet<_> = findings.iter().map(place_of).collect();
+    for place in places(known) {
+        let mut reasoning = known.reasoning(&place.locals);
+        for expr in place.exprs {
+            reasoning.value(expr);
+        }
+        findings.extend(found(&reasoning).into_iter().filter(|found| told.insert(place_of(found))));
+    }
 }
 
 /// Every expression that is evaluated while designs are made, driven, scored and searched.
