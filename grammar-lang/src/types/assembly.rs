@@ -103,7 +103,6 @@ impl<'a> Assembly<'a> {
         let complete = self.complete(&singles, program.base.unwrap_or(name.span));
         let from = self.starting_example(&singles, &examples);
         let fallbacks = self.declarations.fallbacks(&rules);
-        self.idle_overrides(&always);
         let assembled = self.assemble(
             name,
             singles,
@@ -391,36 +390,6 @@ impl<'a> Assembly<'a> {
             _ => None,
         })
         .collect()
-    }
-
-    /// Reports values from outside that say nothing, as a rule sets the parameter before any design is there.
-    fn idle_overrides(&mut self, always: &[ir::Rule]) {
-        for (name, _) in self.environment.overrides {
-            let sets = |rule: &&ir::Rule| {
-                let is_own = |effect: &ir::Effect| match effect {
-                    ir::Effect::SetOfBody { name: set, value } => {
-                        let reads =
-                            |e: &ir::Expr| matches!(&e.kind, ir::ExprKind::OfBody(read) if read == name);
-                        set == name && !value.any(&mut |e| reads(e))
-                    }
-                    _ => false,
-                };
-                rule.guards.is_empty() && rule.effects.iter().any(is_own)
-            };
-            let Some(rule) = always.iter().find(sets) else { continue };
-            self.report(
-                Diagnostic::new(
-                    Code::NO_EFFECT,
-                    rule.span,
-                    format!(
-                        "the value of `{name}` that `-p` gives has no effect: `{}` always sets it",
-                        rule.name
-                    ),
-                )
-                .label("carried out before there is a design")
-                .help("vary what this rule reads, or leave `-p` out"),
-            );
-        }
     }
 
     fn unknown_overrides(&mut self, span: Span) {
