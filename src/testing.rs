@@ -23,9 +23,9 @@ pub use grammar_lang::testing::{CLEAN, MODULE};
 use grammar_lang::testing::{rule_set, shown};
 
 use crate::derive::{Derivation, run_example};
-use crate::drive::check_designs;
 use crate::loader::{Folder, read_text};
 use crate::results::describe;
+use crate::score::check_designs;
 
 /// A file that has been read and checked.
 struct Checked {

@@ -1,6 +1,6 @@
 //! Parameters of the grammar that rules set: each body has values of its own.
 
-use sgc::derive::{Derivation, check_begun, check_start, run_example};
+use sgc::derive::{Derivation, check_begun, check_start, overwritten, run_example};
 use sgc::design::CORE;
 
 use crate::joints::compiled;
@@ -178,6 +178,23 @@ fn a_value_from_outside_that_is_overwritten_at_once_is_refused() {
     assert_eq!(found("rule follows {\n always\n set wide = max(wide, 20 mm)\n}"), 0);
 }
 
+/// And where an example does that a search begins with.
+#[test]
+fn a_value_from_outside_that_the_first_step_overwrites_is_refused() {
+    let lost = |value: &str, step: &str| {
+        let mut sources = grammar_lang::source::SourceMap::default();
+        let example = format!("example first {{\n step a = {step}\n}}");
+        let entry = sources.add("own.sgr", format!("grammar plates\n{PLATE}\n{example}"));
+        let given = [("long".to_owned(), value.to_owned())];
+        let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &given, None);
+        let rules = compiled.ruleset.clone().unwrap_or_else(|| panic!("{:?}", compiled.diagnostics));
+        let first = Derivation::start(&rules, Some("first")).unwrap();
+        overwritten(&rules, &first.design).len()
+    };
+    assert_eq!(lost("60 mm", "longer(l = 50 mm)"), 1);
+    assert_eq!(lost("50 mm", "longer(l = 50 mm)"), 0);
+}
+
 /// A field of a kind whose name another kind gives to a parameter: what the part has is read.
 #[test]
 fn a_field_and_a_parameter_of_one_name_are_told_apart() {
@@ -209,8 +226,8 @@ fn lattices_have_values_of_their_own() {
         use std.search     { nested_annealing }
         param soft : Stiffness in 100 N/m .. 400 N/m = 200 N/m
         cell gel {
-          spacing = 1 cm  mass = 1 g  friction = sqrt(1 - beat)  stiffness = soft / 2  damping = 0.1 N*s/m
-          param beat : Count in 0 .. 3 = 0
+          spacing = 1 cm  mass = 1 g  friction = sqrt(abs(beat - 1.5) - 0.2)  stiffness = soft / 2  damping = 0.1 N*s/m
+          param beat : Number in 0 .. 3 = 0
         }
         lattice 3 x 1 x 1 of gel
         begin { fill region(middle, -1 .. 1, 0, 0) with gel }
@@ -220,7 +237,7 @@ fn lattices_have_values_of_their_own() {
         }
         rule paints {
           match  c : cell
-          choose n in 0 .. 3
+          choose n in 0.0 .. 3.0
           paint  c with gel(beat = n)
         }
         actuation pulse for c : gel {
@@ -235,7 +252,7 @@ fn lattices_have_values_of_their_own() {
         }
         example two {
           step a = paints(c = middle, n = 1)
-          step b = paints(c = middle, n = 2)
+          step b = paints(c = middle, n = 1.5)
         }
         simulate ball_springs for 2 s
         maximize travel in cm

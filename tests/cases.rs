@@ -10,8 +10,8 @@ use grammar_lang::diagnostics::render::{Format, render};
 use grammar_lang::diagnostics::{Diagnostic, apply};
 use grammar_lang::source::SourceMap;
 use sgc::derive::run_example;
-use sgc::drive::check_designs;
 use sgc::loader::Files;
+use sgc::score::check_designs;
 
 use crate::support::{read, root};
 

@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use grammar_lang::diagnostics::{CODES, Code, Diagnostic, apply};
 use grammar_lang::source::SourceMap;
 use sgc::derive::run_example;
-use sgc::drive::check_designs;
 use sgc::loader::Frozen;
+use sgc::score::check_designs;
 
 /// The files of an example by name.
 fn files(block: &str) -> BTreeMap<String, String> {

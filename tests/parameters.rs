@@ -56,7 +56,7 @@ fn sizes_masses_and_strength_follow_from_the_parameter() {
         let mass: f64 = elements.iter().map(|element| element.mass).sum();
         let whole = density * std::f64::consts::PI * radius * radius * length;
         assert!((mass - whole).abs() < 1e-12, "{mass} {whole}");
-        assert!((design.mass(&rules, id).unwrap() - whole).abs() < 1e-12);
+        assert!((design.mass(id).unwrap() - whole).abs() < 1e-12);
         let tip = &ports(&design.parts[&id])[1];
         assert!((tip.frame.translation.vector.x - length).abs() < 1e-12);
         let hinge = body.assembly.joints.iter().flat_map(|joint| joint.kind.dofs()).next();
@@ -220,7 +220,7 @@ fn the_core_has_parameters_too() {
     assert!((core.friction - 0.4).abs() < 1e-12);
     let volume = core.shape.volume();
     assert!((core.mass - 2000.0 * volume).abs() < 1e-12, "{} {volume}", core.mass);
-    assert!((design.mass(&rules, CORE).unwrap() - core.mass).abs() < 1e-15);
+    assert!((design.mass(CORE).unwrap() - core.mass).abs() < 1e-15);
     let other = compiled(&OWN.replace("place core : core_block", "place core : stick(wide = 3 cm)"));
     assert_ne!(design.canonical_hash(), Derivation::begin(&other).design.canonical_hash());
 }

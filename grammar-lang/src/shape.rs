@@ -126,6 +126,21 @@ impl Shape {
         }
     }
 
+    /// How far its surface lies from a point of its own frame that is within it, along a unit vector, m; nothing from elsewhere.
+    #[must_use]
+    pub fn depth(&self, point: &Point3<f64>, direction: &Vector3<f64>) -> f64 {
+        let (mut inside, mut outside) = (0.0, 4.0 * self.longest());
+        for _ in 0..40 {
+            let middle = 0.5 * (inside + outside);
+            if self.holds(&(point + direction * middle), 0.0) {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        inside
+    }
+
     /// Whether it is round about its x axis, so that no turn about it can be seen; a ball is round about every axis.
     #[must_use]
     pub fn is_round(&self) -> bool {

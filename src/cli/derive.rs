@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use grammar_lang::diagnostics::did_you_mean;
 use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::diagnostics::{Diagnostic, did_you_mean};
 use grammar_lang::ir::{ExampleClause, RuleSet};
 use grammar_lang::source::SourceMap;
 
 use super::countdown::Countdown;
 use super::output::{self, Fault};
 use super::{exit, load};
-use crate::derive::Derivation;
+use crate::derive::{self, Derivation};
 use crate::results::describe;
 
 /// Apply rules at random and print the design, without simulating it
@@ -54,11 +54,14 @@ pub(super) fn known_example(rules: &RuleSet, name: &str) -> Result<(), Fault> {
 /// The first design: of an example, if one is named.
 pub(super) fn start(rules: &RuleSet, sources: &SourceMap, from: Option<&str>) -> Result<Derivation, Fault> {
     from.map_or(Ok(()), |name| known_example(rules, name))?;
-    Derivation::start(rules, from).map_err(|failure| {
-        let text = render(&[*failure], sources, Format::Full, output::colour_err());
+    let told = |found: &[Diagnostic]| {
+        let text = render(found, sources, Format::Full, output::colour_err());
         output::note(text.trim_end());
         Fault { code: exit::INPUT, message: String::new() }
-    })
+    };
+    let first = Derivation::start(rules, from).map_err(|failure| told(&[*failure]))?;
+    let lost = derive::overwritten(rules, &first.design);
+    if lost.is_empty() { Ok(first) } else { Err(told(&lost)) }
 }
 
 impl Derive {

@@ -15,10 +15,10 @@ use grammar_lang::types::Idle;
 use super::exit;
 use super::output::{self, Fault};
 use crate::derive::{Candidate, Derivation};
-use crate::drive::check_designs;
 use crate::loader::{Files, read_text};
 use crate::reading;
 pub(super) use crate::results::describe::no_value;
+use crate::score::check_designs;
 use crate::search;
 
 /// What messages call standard input.

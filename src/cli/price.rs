@@ -15,8 +15,9 @@ use crate::simulate::{Model, Stop, World};
 
 /// So many random moves make a body that is tried out.
 const MOVES: usize = 30;
-/// So much of a motion is simulated, s, and never for longer than this.
+/// So much of a motion is simulated, s.
 const SHARE: f64 = 2.0;
+/// Neither the moves nor the motion take longer than this.
 const LONGEST: Duration = Duration::from_secs(2);
 /// Less memory than this is nothing to speak of.
 const MUCH: f64 = 100e6;
@@ -32,7 +33,8 @@ pub(super) fn told(
 ) -> Option<String> {
     let mut random = Stream::named(0, "price");
     let mut derivation = first.clone();
-    for _ in 0..MOVES {
+    let begun = Instant::now();
+    for _ in (0..MOVES).take_while(|_| begun.elapsed() < LONGEST) {
         if let Some(next) = derivation.advance(rules, &mut random, 0.0).result {
             derivation = next;
         }

@@ -35,7 +35,7 @@ pub use every::{Applications, Extent};
 pub use example::run_example;
 pub use record::{Recorded, Step, Steps};
 pub use scope::DesignScope;
-pub use start::{check_begun, check_start};
+pub use start::{check_begun, check_start, overwritten};
 pub use unrepeatable::{BadStep, Unrepeatable};
 
 use crate::design::Design;

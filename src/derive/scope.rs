@@ -87,9 +87,17 @@ impl<'a> DesignScope<'a> {
     /// What the kind of a part says of it.
     fn kind_field(&self, id: PartId, field: KindField) -> Option<Value> {
         let design = self.design_of(id);
-        let (friction, joint, motor) = match design.parts.get(&id)?.made.as_deref()? {
+        let (friction, joint, motor) = match design.parts.get(&id)?.made.as_ref() {
             Made::Block(block) => (block.friction, block.joint.as_ref(), None),
             Made::Actuator(row) => (row.friction, Some(&row.joint), row.motor.as_ref()),
+            Made::Cell(cell) => {
+                return match field {
+                    KindField::Friction => Some(Value::Number(cell.friction)),
+                    KindField::Stiffness => Some(Value::Number(cell.stiffness)),
+                    KindField::Damping => Some(Value::Number(cell.damping)),
+                    KindField::Torque | KindField::Effort => None,
+                };
+            }
         };
         let springs = || joint.filter(|joint| joint.kind != JointKind::Spin);
         let strength = || {
@@ -111,15 +119,16 @@ impl<'a> DesignScope<'a> {
         let own = || part.params.get(attribute.text()).cloned();
         // That of a row, or the one that a part hangs on.
         let joint = |slides: bool| {
-            let joint = match part.made.as_deref()? {
+            let joint = match part.made.as_ref() {
                 Made::Actuator(row) => Some(&row.joint),
                 Made::Block(block) => block.joint.as_ref(),
+                Made::Cell(_) => None,
             };
             joint.filter(|joint| (joint.kind == JointKind::Slide) == slides)
         };
         let range = |slides: bool| joint(slides)?.range;
         let neutral = |slides: bool| Some(Value::Number(joint(slides)?.neutral));
-        let fastest = || match part.made.as_deref()? {
+        let fastest = || match part.made.as_ref() {
             Made::Actuator(row) if row.joint.kind == JointKind::Spin => {
                 row.motor.as_ref().map(|motor| motor.speed.most())
             }
@@ -133,7 +142,7 @@ impl<'a> DesignScope<'a> {
                 Value::Bool(mirror && !part.alone && part.image == 0 && design.twin(id) == id)
             }
             PartAttribute::Depth => Value::Number(design.depth(id) as f64),
-            PartAttribute::Mass => Value::Number(design.mass(self.rules, id)?),
+            PartAttribute::Mass => Value::Number(design.mass(id)?),
             // The core holds itself.
             PartAttribute::Holder => {
                 reference(Reference::Part(part.held_by.map_or(id, |(holder, _)| holder)))

@@ -99,7 +99,9 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
     }
     let begun = begin(rules).0;
     let mut found = super::refused::check(rules, &begun);
-    found.extend(overwritten(rules, &begun.design));
+    let lost = overwritten(rules, &begun.design);
+    let told = !lost.is_empty();
+    found.extend(lost);
     if rules.lattice.is_none() && begun.design.parts.len() > rules.begin.len() {
         let mut counts = Begun::new();
         for part in begun.design.parts.values() {
@@ -111,23 +113,29 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
     let from = rules.from.as_ref().and_then(|name| Some((name, rules.examples.get(name)?)));
     match from.map(|(name, example)| (name, run_example(rules, name, example))) {
         Some((name, Err(fails))) => found.push(fails.help(format!("the search starts from `{name}`"))),
-        Some((_, Ok(start))) => found.extend(super::divisors::check(rules, &start)),
+        Some((_, Ok(start))) => {
+            found.extend(super::divisors::check(rules, &start));
+            if !told {
+                found.extend(overwritten(rules, &start.design));
+            }
+        }
         None => found.extend(super::divisors::check(rules, &begun)),
     }
     found
 }
 
-/// Values from outside that say nothing: a rule that is carried out always has set the parameter to another one before any step.
-fn overwritten(rules: &RuleSet, design: &Design) -> Vec<Diagnostic> {
+/// Values from outside that say nothing: in the design that a search begins with, a rule has set the parameter to another one.
+#[must_use]
+pub fn overwritten(rules: &RuleSet, design: &Design) -> Vec<Diagnostic> {
     let given = design.values.keys().filter_map(|name| Some((name, rules.params.get(name)?)));
     let error = |(name, param): (&String, &Param)| {
         Diagnostic::new(
             Code::NO_EFFECT,
             param.span,
-            format!("the value of `{name}` that `-p` gives is not that of the initial design"),
+            format!("the value of `{name}` that `-p` gives is not that of the first design"),
         )
-        .label("a rule that is carried out always sets it to another one")
-        .help("vary what this rule reads, or leave `-p` out")
+        .label("a rule has set it to another one there")
+        .help("vary what this rule reads, begin with another design, or leave `-p` out")
     };
     given.filter(|(_, param)| param.given).map(error).collect()
 }

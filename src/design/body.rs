@@ -82,7 +82,7 @@ impl Body {
     pub(super) fn frame_at_rest(&self, id: PartId, part: &Part, port: u8) -> Option<Isometry3<f64>> {
         let elements: Vec<usize> = self.elements_of(id).collect();
         let pose = |element: Option<&usize>| Some(self.assembly.elements.get(*element?)?.pose);
-        match part.made.as_deref()? {
+        match part.made.as_ref() {
             Made::Block(block) => Some(pose(elements.first())? * upright(block.form).inverse()),
             Made::Actuator(actuator) => {
                 let length = 2.0 * actuator.segment.half_extents().x;
@@ -95,6 +95,7 @@ impl Body {
                 let element = if at_base == by_tip { elements.last() } else { elements.first() };
                 Some(pose(element)? * Isometry3::translation(-(start + end) / 2.0, 0.0, 0.0))
             }
+            Made::Cell(_) => pose(elements.first()),
         }
     }
 
@@ -107,14 +108,14 @@ impl Body {
             self.assembly.elements.push(Element { shape, pose, mass, friction });
             self.parts_of_elements.push(id);
         };
-        let actuator = match part.made.as_deref() {
-            Some(Made::Block(block)) => {
+        let actuator = match part.made.as_ref() {
+            Made::Block(block) => {
                 let pose = moved.pose(part.pose * upright(block.form));
                 push(block.form.shape, pose, block.mass, block.friction);
                 return (whole, whole);
             }
-            Some(Made::Actuator(actuator)) => actuator,
-            None => return (whole, whole),
+            Made::Actuator(actuator) => actuator,
+            Made::Cell(_) => return (whole, whole),
         };
         let Some(alike) = rules.actuators.get(&part.kind) else { return (whole, whole) };
         let length = 2.0 * actuator.segment.half_extents().x;
@@ -231,7 +232,7 @@ fn turned(axis: UnitVector3<f64>, angle: f64) -> UnitQuaternion<f64> {
 
 /// The joint of a part with what holds it, and how the part has been moved then.
 fn hung(part: &Part, rules: &RuleSet, moved: Moved) -> (JointKind, Moved) {
-    let Some(Made::Block(made)) = part.made.as_deref() else { return (JointKind::Rigid, moved) };
+    let Made::Block(made) = part.made.as_ref() else { return (JointKind::Rigid, moved) };
     let Some(own) = &made.joint else { return (JointKind::Rigid, moved) };
     let moves = Moves {
         control: Control::Passive { neutral: own.neutral },
@@ -313,9 +314,9 @@ impl Part {
     /// How the element of a block lies in the frame of the part; what stands is turned.
     #[must_use]
     pub fn rotation_of_element(&self) -> UnitQuaternion<f64> {
-        match self.made.as_deref() {
-            Some(Made::Block(block)) => upright(block.form).rotation,
-            Some(Made::Actuator(_)) | None => UnitQuaternion::identity(),
+        match self.made.as_ref() {
+            Made::Block(block) => upright(block.form).rotation,
+            Made::Actuator(_) | Made::Cell(_) => UnitQuaternion::identity(),
         }
     }
 }

@@ -44,8 +44,8 @@ fn describe(part: &Part, order: Order) -> String {
     let p = part.pose.translation.vector;
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|a| part.pose.rotation * a);
     // With ports of its own a part has a front and a back wherever they are, and with a joint it moves about an axis of its own.
-    let plain = match part.made.as_deref() {
-        Some(Made::Block(block))
+    let plain = match part.made.as_ref() {
+        Made::Block(block)
             if block.ports.is_empty()
                 && block.joint.is_none()
                 && !matches!(order, Order::Turned | Order::Driven) =>

@@ -154,11 +154,11 @@ impl Design {
         } else {
             self.values.insert(name.to_owned(), value.clone());
         }
-        // Cells stay where they are.
-        if let Some(lattice) = &rules.lattice {
-            return self.check_cells(rules, lattice);
-        }
         self.remake(rules).map_err(Refusal::NoSuchPart)?;
+        // Cells stay where they are.
+        if rules.lattice.is_some() {
+            return Ok(());
+        }
         self.place_all(rules)?;
         self.check_symmetry(rules)
     }
@@ -372,6 +372,9 @@ impl Design {
     ///
     /// A part that these rules leave without a value for one of its fields.
     pub fn remake(&mut self, rules: &RuleSet) -> Result<(), Unmade> {
+        if let Some(lattice) = &rules.lattice {
+            return self.remake_cells(rules, lattice);
+        }
         let known = WithValues { rules, values: &self.values };
         for part in self.parts.values_mut() {
             let Some(kind) = rules.kind(&part.kind) else { continue };
@@ -381,8 +384,8 @@ impl Design {
     }
 }
 
-/// The parameters of a part, and what it is with them: nothing for a cell of a lattice.
-type Own = (IndexMap<String, Value>, Option<Arc<Made>>);
+/// The parameters of a part, and what it is with them.
+type Own = (IndexMap<String, Value>, Arc<Made>);
 
 /// What a part of a kind is with these parameters, as this image of its original.
 fn own(
@@ -390,10 +393,9 @@ fn own(
     kind: Kind<'_>,
     params: &IndexMap<String, Value>,
     image: u8,
-) -> Result<Option<Arc<Made>>, Unmade> {
+) -> Result<Arc<Made>, Unmade> {
     let made = Made::of(kind, known, params)?;
-    let seen = |made: Made| if symmetry::is_reflected(known.rules, image) { made.in_mirror() } else { made };
-    Ok(made.map(seen).map(Arc::new))
+    Ok(Arc::new(if symmetry::is_reflected(known.rules, image) { made.in_mirror() } else { made }))
 }
 
 /// The same of a kind by its name.
@@ -402,8 +404,8 @@ fn made(
     kind: &str,
     params: &IndexMap<String, Value>,
     image: u8,
-) -> Result<Option<Arc<Made>>, Refusal> {
-    let Some(kind) = known.rules.kind(kind) else { return Ok(None) };
+) -> Result<Arc<Made>, Refusal> {
+    let kind = known.rules.kind(kind).ok_or(Refusal::Gone)?;
     own(known, kind, params, image).map_err(Refusal::NoSuchPart)
 }
 
@@ -415,7 +417,7 @@ pub(super) fn params(
     image: u8,
 ) -> Result<Own, Refusal> {
     let mut out = IndexMap::new();
-    let Some(params) = known.rules.params_of(kind) else { return Ok((out, None)) };
+    let params = known.rules.params_of(kind).ok_or(Refusal::Gone)?;
     for (name, declared) in params {
         let given = given.iter().find(|(n, _)| n == name).map(|(_, v)| v.clone());
         let value = match (given, &declared.default) {

@@ -98,7 +98,7 @@ fn is_inside(element: &Element, point: &Point3<f64>) -> bool {
 /// The strain of a point of an actuator for each radian that the whole actuator bends; none of a passive part.
 fn gain(design: &Design, rules: &RuleSet, id: PartId, point: &Point3<f64>) -> Option<f64> {
     let part = design.parts.get(&id)?;
-    let Some(Made::Actuator(actuator)) = part.made.as_deref() else { return None };
+    let Made::Actuator(actuator) = part.made.as_ref() else { return None };
     let segment = 2.0 * actuator.segment.half_extents().x;
     let local = part.pose.inverse() * point;
     let kind = rules.actuators.get(&part.kind)?.joint.kind;

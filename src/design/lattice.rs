@@ -4,10 +4,11 @@
 //! places, x first, then y, then z.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 
-use grammar_lang::eval::{Bounded, KindValue, Unmade, Value, WithValues, evaluate};
-use grammar_lang::ir::{Expr, JOINED, Lattice, RuleSet, Symmetry};
+use grammar_lang::eval::{KindValue, Made, MadeCell, Unmade, Value, WithValues};
+use grammar_lang::ir::{JOINED, Kind, Lattice, RuleSet, Symmetry};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
@@ -112,7 +113,6 @@ impl Design {
         step: u64,
     ) -> Result<(), Refusal> {
         let (params, made) = change::params(&self.known(rules), &with.name, &with.params, 0)?;
-        material(&self.known(rules), lattice, &params, &for_cells()).map_err(Refusal::NoSuchPart)?;
         for id in with_images(lattice, rules.symmetry, places) {
             let cell = Part {
                 kind: with.name.clone(),
@@ -146,9 +146,7 @@ impl Design {
         with: &KindValue,
     ) -> Result<(), Refusal> {
         let known = WithValues { rules, values: &self.values };
-        let left = for_cells();
-        // Those that are alike are made of the same.
-        let mut last: Option<IndexMap<String, Value>> = None;
+        let mut cells = Cells::new(known, lattice);
         for id in with_images(lattice, rules.symmetry, places) {
             let Some(cell) = self.parts.get_mut(&id) else { continue };
             let mut other = false;
@@ -156,20 +154,18 @@ impl Design {
                 change::in_domain(rules, &with.name, name, value)?;
                 other |= cell.params.insert(name.clone(), value.clone()).as_ref() != Some(value);
             }
-            if other && last.as_ref() != Some(&cell.params) {
-                material(&known, lattice, &cell.params, &left).map_err(Refusal::NoSuchPart)?;
-                last = Some(cell.params.clone());
+            if other {
+                cell.made = cells.made(&cell.params).map_err(Refusal::NoSuchPart)?;
             }
         }
         Ok(())
     }
 
-    /// Checks that every cell is made of something.
-    pub(super) fn check_cells(&self, rules: &RuleSet, lattice: &Lattice) -> Result<(), Refusal> {
-        let left = for_cells();
-        let mut last = None;
-        for cell in self.parts.values().filter(|cell| last.replace(&cell.params) != Some(&cell.params)) {
-            material(&self.known(rules), lattice, &cell.params, &left).map_err(Refusal::NoSuchPart)?;
+    /// Works out again what each cell is.
+    pub(super) fn remake_cells(&mut self, rules: &RuleSet, lattice: &Lattice) -> Result<(), Unmade> {
+        let mut cells = Cells::new(WithValues { rules, values: &self.values }, lattice);
+        for cell in self.parts.values_mut() {
+            cell.made = cells.made(&cell.params)?;
         }
         Ok(())
     }
@@ -247,92 +243,36 @@ fn pose(lattice: &Lattice, id: PartId) -> Isometry3<f64> {
     Isometry3::translation((x - nx) * spacing, (y + 0.5) * spacing, (z - nz) * spacing)
 }
 
-/// What a cell is made of: mass in kg, friction, stiffness in N/m, damping in N s/m.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Material {
-    pub(super) mass: f64,
-    friction: f64,
-    stiffness: f64,
-    damping: f64,
-}
-
-/// How many operations the fields of all cells may take together that one effect makes or paints, and those of all cells of a body.
+/// How many operations the fields of all cells of a body may take together.
 const MOST_OF_CELLS: u64 = 20_000_000;
 
-/// And those of one cell.
-const MOST_OF_CELL: u64 = 20_000;
-
-/// What fields of cells may still take.
-pub(super) fn for_cells() -> AtomicU64 {
-    AtomicU64::new(MOST_OF_CELLS)
+/// Works out what cells are: those that are alike one behind the other are worked out once.
+struct Cells<'a> {
+    known: WithValues<'a>,
+    lattice: &'a Lattice,
+    left: AtomicU64,
+    last: Option<(IndexMap<String, Value>, Arc<Made>)>,
 }
 
-/// What a cell with these parameters is made of.
-///
-/// # Errors
-///
-/// An [`Unmade`] field: with these parameters it has no value, or none that a cell can have.
-pub(super) fn material(
-    known: &WithValues<'_>,
-    lattice: &Lattice,
-    params: &IndexMap<String, Value>,
-    left: &AtomicU64,
-) -> Result<Material, Unmade> {
-    let all = left.load(Ordering::Relaxed);
-    let own = AtomicU64::new(all.min(MOST_OF_CELL));
-    let made = material_within(&Bounded { scope: known, left: &own }, lattice, params);
-    let rest = own.load(Ordering::Relaxed);
-    left.store(all - (all.min(MOST_OF_CELL) - rest), Ordering::Relaxed);
-    made.map_err(|unmade| match rest {
-        0 => Unmade {
-            reason: format!(
-                "the fields of a cell take {MOST_OF_CELL} operations at most, and those of all cells {MOST_OF_CELLS}; sum over fewer values"
-            ),
-            ..unmade
-        },
-        _ => unmade,
-    })
-}
+impl<'a> Cells<'a> {
+    fn new(known: WithValues<'a>, lattice: &'a Lattice) -> Self {
+        Self { known, lattice, left: AtomicU64::new(MOST_OF_CELLS), last: None }
+    }
 
-fn material_within(
-    known: &Bounded<'_>,
-    lattice: &Lattice,
-    params: &IndexMap<String, Value>,
-) -> Result<Material, Unmade> {
-    let of = |field: &'static str, value: &Expr, may_be_zero: bool| {
-        let mut params: Vec<Value> = params.values().cloned().collect();
-        let unmade = |reason: &str| Unmade { field, reason: reason.to_owned() };
-        let number = evaluate(value, known, &mut params).map_err(|error| unmade(&error.reason))?;
-        match number.as_number() {
-            Some(x) if x > 0.0 || x == 0.0 && may_be_zero => Ok(x),
-            Some(_) if may_be_zero => Err(unmade("it must not be below 0")),
-            _ => Err(unmade("it must be above 0")),
+    /// What a cell with these parameters is.
+    fn made(&mut self, params: &IndexMap<String, Value>) -> Result<Arc<Made>, Unmade> {
+        if let Some((_, made)) = self.last.as_ref().filter(|(last, _)| last == params) {
+            return Ok(Arc::clone(made));
         }
-    };
-    let declared = &lattice.cell;
-    Ok(Material {
-        mass: of("mass", &declared.mass, false)?,
-        friction: of("friction", &declared.friction, true)?,
-        stiffness: of("stiffness", &declared.stiffness, false)?,
-        damping: of("damping", &declared.damping, true)?,
-    })
-}
-
-/// What a cell is made of that has no value: no model simulates it.
-const NOTHING: Material =
-    Material { mass: f64::NAN, friction: f64::NAN, stiffness: f64::NAN, damping: f64::NAN };
-
-/// The colour of a cell, `#rrggbb`.
-#[must_use]
-pub fn colour(known: &WithValues<'_>, lattice: &Lattice, cell: &Part) -> String {
-    let mut params: Vec<Value> = cell.params.values().cloned().collect();
-    match evaluate(
-        &lattice.cell.colour,
-        &Bounded { scope: known, left: &AtomicU64::new(MOST_OF_CELL) },
-        &mut params,
-    ) {
-        Ok(Value::Text(colour)) => colour.to_string(),
-        _ => "#9aa3ad".to_owned(),
+        let made = Made::within(Kind::Cell(self.lattice), &self.known, params, &self.left);
+        let reason = || {
+            format!(
+                "the fields of all cells take {MOST_OF_CELLS} operations at most; sum over fewer values, or let fewer cells differ"
+            )
+        };
+        let made = Arc::new(made.unwrap_or_else(|| Err(Unmade { field: "mass", reason: reason() }))?);
+        self.last = Some((params.clone(), Arc::clone(&made)));
+        Ok(made)
     }
 }
 
@@ -345,13 +285,13 @@ fn in_series(a: f64, b: f64) -> f64 {
 pub(super) fn body(design: &Design, rules: &RuleSet, lattice: &Lattice) -> Body {
     let mut body =
         Body { assembly: Assembly::default(), parts_of_elements: Vec::new(), actuators: Vec::new() };
-    let mut alike: Vec<(&IndexMap<String, Value>, Material)> = Vec::new();
+    let mut alike: Vec<(&IndexMap<String, Value>, &MadeCell)> = Vec::new();
     let mut class_of = Vec::with_capacity(design.parts.len());
-    let left = for_cells();
     let is_driven = |kind: &str| rules.tasks.values().any(|task| task.actuated.contains_key(kind));
     for (id, cell) in &design.parts {
+        // A lattice has cells only.
+        let Made::Cell(made) = cell.made.as_ref() else { continue };
         let class = alike.iter().position(|(params, _)| **params == cell.params).unwrap_or_else(|| {
-            let made = material(&design.known(rules), lattice, &cell.params, &left).unwrap_or(NOTHING);
             alike.push((&cell.params, made));
             if is_driven(&cell.kind) {
                 body.actuators.push(*id);
@@ -360,9 +300,13 @@ pub(super) fn body(design: &Design, rules: &RuleSet, lattice: &Lattice) -> Body 
         });
         class_of.push(class);
         let element = body.assembly.elements.len();
-        let Some((_, Material { mass, friction, .. })) = alike.get(class) else { continue };
         let shape = Shape::Ball { radius: lattice.cell.spacing / 2.0 };
-        body.assembly.elements.push(Element { shape, pose: cell.pose, mass: *mass, friction: *friction });
+        body.assembly.elements.push(Element {
+            shape,
+            pose: cell.pose,
+            mass: made.mass,
+            friction: made.friction,
+        });
         body.parts_of_elements.push(*id);
         if is_driven(&cell.kind) {
             body.assembly.swellings.push(Swelling { element, actuator: class, gain: 1.0 });
@@ -372,7 +316,7 @@ pub(super) fn body(design: &Design, rules: &RuleSet, lattice: &Lattice) -> Body 
         for other in design.joined(lattice, *id) {
             // Each pair once.
             let Some(to) = design.parts.get_index_of(&other).filter(|to| *to > from) else { continue };
-            let of = |element: usize| alike.get(*class_of.get(element)?).map(|(_, material)| material);
+            let of = |element: usize| alike.get(*class_of.get(element)?).map(|(_, made)| *made);
             let (Some(a), Some(b)) = (of(from), of(to)) else { continue };
             body.assembly.springs.push(Spring {
                 from,

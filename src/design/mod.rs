@@ -56,8 +56,8 @@ pub struct Part {
     pub kind: String,
     /// The parameters that it has for itself.
     pub params: IndexMap<String, Value>,
-    /// What its kind says it is, with these parameters; none for a cell of a lattice.
-    pub(crate) made: Option<Arc<Made>>,
+    /// What its kind says it is, with these parameters.
+    pub(crate) made: Arc<Made>,
     /// Rotation about the port that holds it, rad; an image has that of its original,
     /// measured in its own mirrored frame.
     pub turn: f64,
@@ -81,9 +81,10 @@ impl Part {
     /// Where its joint stands as a motion begins, in words; none if that is as it is attached.
     #[must_use]
     pub fn begins_bent(&self) -> Option<String> {
-        let joint = match self.made.as_deref()? {
+        let joint = match self.made.as_ref() {
             Made::Block(made) => made.joint.as_ref()?,
             Made::Actuator(made) => &made.joint,
+            Made::Cell(_) => return None,
         };
         let start = joint.start();
         (start != 0.0).then(|| {
@@ -176,7 +177,7 @@ impl Part {
     /// Whether its ports are those of its kind in a mirror.
     #[must_use]
     pub fn is_mirrored(&self) -> bool {
-        matches!(self.made.as_deref(), Some(Made::Block(block)) if block.mirrored)
+        matches!(self.made.as_ref(), Made::Block(block) if block.mirrored)
     }
 }
 
@@ -185,10 +186,10 @@ impl Part {
     /// the kind in a mirror.
     #[must_use]
     pub fn is_seen_in_mirror(&self) -> bool {
-        let joint = match self.made.as_deref() {
-            Some(Made::Block(block)) => block.joint.as_ref(),
-            Some(Made::Actuator(row)) => Some(&row.joint),
-            None => None,
+        let joint = match self.made.as_ref() {
+            Made::Block(block) => block.joint.as_ref(),
+            Made::Actuator(row) => Some(&row.joint),
+            Made::Cell(_) => None,
         };
         self.is_mirrored() || joint.is_some_and(|joint| joint.mirrored)
     }
@@ -272,15 +273,12 @@ impl Design {
 
     /// The mass of a part, kg.
     #[must_use]
-    pub fn mass(&self, rules: &RuleSet, id: PartId) -> Option<f64> {
+    pub fn mass(&self, id: PartId) -> Option<f64> {
         let part = self.parts.get(&id)?;
-        Some(match (part.made.as_deref(), &rules.lattice) {
-            (Some(Made::Block(block)), _) => block.mass,
-            (Some(Made::Actuator(actuator)), _) => actuator.mass * port::segments(part) as f64,
-            (None, Some(lattice)) => {
-                lattice::material(&self.known(rules), lattice, &part.params, &lattice::for_cells()).ok()?.mass
-            }
-            (None, None) => return None,
+        Some(match part.made.as_ref() {
+            Made::Block(block) => block.mass,
+            Made::Actuator(actuator) => actuator.mass * port::segments(part) as f64,
+            Made::Cell(cell) => cell.mass,
         })
     }
 

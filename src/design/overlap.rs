@@ -68,9 +68,10 @@ fn dug_in(design: &Design, holder: PartId, held: PartId) -> Option<parry3d_f64::
     };
     let (cos, own_cos) = (cosine(&facing, normal)?, cosine(&own, end)?);
     let sine = |cos: f64| if cos > 1.0 - 1e-6 { 0.0 } else { libm::sqrt(1.0 - cos * cos) };
-    let half = match part.made.as_deref()? {
+    let half = match part.made.as_ref() {
         Made::Block(block) => block.form.half_extents(),
         Made::Actuator(row) => row.segment.half_extents(),
+        Made::Cell(_) => return None,
     };
     // Across an axis at most: of what is round its radius, of a box its corner.
     let across = |axis: Vector3<f64>| {
@@ -89,8 +90,8 @@ fn on_face(part: &super::Part, port: u8) -> (Option<Vector3<f64>>, Option<Vector
         return (None, None);
     };
     let facing = frame.rotation * Vector3::x();
-    let normal = match part.made.as_deref() {
-        Some(Made::Block(block)) => face(block.form, &frame.translation.vector, &facing),
+    let normal = match part.made.as_ref() {
+        Made::Block(block) => face(block.form, &frame.translation.vector, &facing),
         // The ends of a row are square.
         _ => None,
     };
@@ -98,10 +99,10 @@ fn on_face(part: &super::Part, port: u8) -> (Option<Vector3<f64>>, Option<Vector
 }
 
 fn is_round(part: &super::Part) -> bool {
-    match part.made.as_deref() {
-        Some(Made::Block(block)) => block.form.shape.is_round(),
-        Some(Made::Actuator(row)) => row.segment.shape.is_round(),
-        None => false,
+    match part.made.as_ref() {
+        Made::Block(block) => block.form.shape.is_round(),
+        Made::Actuator(row) => row.segment.shape.is_round(),
+        Made::Cell(_) => false,
     }
 }
 

@@ -67,8 +67,8 @@ impl Posture<'_> {
     pub fn centre(&self, id: PartId) -> Option<[f64; 3]> {
         let Some(body) = &self.at_rest else {
             let part = self.design.parts.get(&id)?;
-            let middle = match part.made.as_deref() {
-                Some(Made::Actuator(_)) => {
+            let middle = match part.made.as_ref() {
+                Made::Actuator(_) => {
                     let ends = ports(part);
                     let sum: Vector3<f64> = ends.iter().map(|end| end.frame.translation.vector).sum();
                     sum / ends.len() as f64

@@ -72,9 +72,9 @@ fn declared(port: &MadePort) -> PortFrame {
 /// The ports of a part; a cell has none, as cells grow into their neighbours' places.
 #[must_use]
 pub fn ports(part: &Part) -> Vec<PortFrame> {
-    match part.made.as_deref() {
-        Some(Made::Block(block)) if !block.ports.is_empty() => block.ports.iter().map(declared).collect(),
-        Some(Made::Block(block)) => (BLOCK_PORTS.iter().zip(BLOCK))
+    match part.made.as_ref() {
+        Made::Block(block) if !block.ports.is_empty() => block.ports.iter().map(declared).collect(),
+        Made::Block(block) => (BLOCK_PORTS.iter().zip(BLOCK))
             .map(|(name, axes)| {
                 let out = Vector3::from(axes[0]);
                 let reach = block.form.half_extents().component_mul(&out).norm();
@@ -82,24 +82,24 @@ pub fn ports(part: &Part) -> Vec<PortFrame> {
                 PortFrame { name: (*name).to_owned(), number: 0.0, frame }
             })
             .collect(),
-        Some(Made::Actuator(actuator)) => {
+        Made::Actuator(actuator) => {
             let length = 2.0 * actuator.segment.half_extents().x * segments(part) as f64;
             let base = Isometry3::from_parts(Translation3::identity(), rotation(BLOCK[1]));
             let tip = Isometry3::translation(length, 0.0, 0.0);
             let ends = ACTUATOR_PORTS.iter().zip([base, tip]);
             ends.map(|(name, frame)| PortFrame { name: (*name).to_owned(), number: 0.0, frame }).collect()
         }
-        None => Vec::new(),
+        Made::Cell(_) => Vec::new(),
     }
 }
 
 /// How many ports a part has.
 pub(super) fn count(part: &Part) -> usize {
-    match part.made.as_deref() {
-        Some(Made::Block(block)) if !block.ports.is_empty() => block.ports.len(),
-        Some(Made::Block(_)) => BLOCK_PORTS.len(),
-        Some(Made::Actuator(_)) => ACTUATOR_PORTS.len(),
-        None => 0,
+    match part.made.as_ref() {
+        Made::Block(block) if !block.ports.is_empty() => block.ports.len(),
+        Made::Block(_) => BLOCK_PORTS.len(),
+        Made::Actuator(_) => ACTUATOR_PORTS.len(),
+        Made::Cell(_) => 0,
     }
 }
 

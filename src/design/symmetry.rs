@@ -71,16 +71,16 @@ impl Image {
     /// Whether what a part's joint moves is its own image: its axis lies where the axis of its image does, and where the image moves to
     /// the other side, it neither begins there nor presses to there.
     fn keeps_joint(&self, part: &Part) -> bool {
-        let (joint, anchor) = match part.made.as_deref() {
-            Some(Made::Block(block)) if part.held_by.is_some() => {
+        let (joint, anchor) = match part.made.as_ref() {
+            Made::Block(block) if part.held_by.is_some() => {
                 let Some(joint) = &block.joint else { return true };
                 let side = if self.reflects && part.image > 0 { -1.0 } else { 1.0 };
                 let pivot = joint.pivot.map(|[x, y, z]| part.pose * Point3::new(x, y, side * z));
                 (joint, pivot.unwrap_or_else(|| port::base(part, &part.pose)))
             }
             // Its joints lie on its x axis, which is compared with the rest of its frame.
-            Some(Made::Actuator(row)) => (&row.joint, Point3::from(part.pose.translation.vector)),
-            Some(Made::Block(_)) | None => return true,
+            Made::Actuator(row) => (&row.joint, Point3::from(part.pose.translation.vector)),
+            Made::Block(_) | Made::Cell(_) => return true,
         };
         let axis = part.pose.rotation * Vector3::from(joint.axis);
         // A reflection turns turns round.
@@ -110,14 +110,14 @@ impl Image {
         let have = part.pose.rotation.to_rotation_matrix();
         let want = image.rotation.to_rotation_matrix();
         let relative = want.matrix().transpose() * have.matrix();
-        let form = match part.made.as_deref() {
-            Some(Made::Block(block)) => Some(block.form),
+        let form = match part.made.as_ref() {
+            Made::Block(block) => Some(block.form),
             // A round row on the axis that all its joints turn about or slide along, as far as that is an axis of symmetry.
-            Some(Made::Actuator(row)) if !self.reflects && row.segment.shape.is_round() => {
+            Made::Actuator(row) if !self.reflects && row.segment.shape.is_round() => {
                 let is_along = row.joint.axis[0].abs() > 1.0 - 1e-6 && !row.segment.stands;
                 return is_along && relative[(0, 0)] > 1.0 - 1e-6;
             }
-            Some(Made::Actuator(_)) | None => None,
+            Made::Actuator(_) | Made::Cell(_) => None,
         };
         match form {
             Some(Form { shape: Shape::Ball { .. }, .. }) => true,

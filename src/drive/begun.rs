@@ -23,9 +23,9 @@ const TRIED: u64 = (DRAWS + 1) * MOST_OPERATIONS;
 /// The example that a finding is about; none for the initial design.
 type Where<'a> = Option<(&'a str, Span)>;
 
-/// All that is found in a grammar once its initial design and its examples are built.
+/// All that is found in a grammar once its initial design and its examples are driven.
 #[must_use]
-pub fn check_designs(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> Vec<Diagnostic> {
+pub fn check_driven(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> Vec<Diagnostic> {
     let mut found = check_begun(compiled, entry, sources);
     if let Some(rules) = compiled.ruleset.as_ref().filter(|_| !found.iter().any(Diagnostic::is_error)) {
         found.extend(check_drives(rules));

@@ -32,7 +32,7 @@ use crate::derive::random::Stream;
 use crate::derive::{Candidate, DesignScope};
 use crate::design::PartId;
 use crate::simulate::Targets;
-pub use begun::check_designs;
+pub use begun::check_driven;
 pub use bends::Bends;
 pub use conditions::Conditions;
 pub use cycle::{Asked, Cycle};
@@ -487,9 +487,9 @@ impl<'r> Drive<'r> {
 
     /// What an actuator is with its parameters; none for a cell.
     fn made(&self, driven: &Driven) -> Option<&MadeActuator> {
-        match self.candidate.design().parts.get(&driven.id)?.made.as_deref()? {
+        match self.candidate.design().parts.get(&driven.id)?.made.as_ref() {
             Made::Actuator(actuator) => Some(actuator),
-            Made::Block(_) => None,
+            Made::Block(_) | Made::Cell(_) => None,
         }
     }
 

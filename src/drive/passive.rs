@@ -44,9 +44,10 @@ fn moved(candidate: &Candidate<'_>, part: PartId, track: Track, now: &Measured<'
 
 /// The passive joint of a part.
 fn joint_of<'a>(candidate: &'a Candidate<'_>, part: PartId) -> Option<&'a MadeJoint> {
-    match candidate.design().parts.get(&part)?.made.as_deref()? {
+    match candidate.design().parts.get(&part)?.made.as_ref() {
         Made::Block(block) => block.joint.as_ref(),
         Made::Actuator(row) => Some(&row.joint).filter(|_| row.motor.is_none()),
+        Made::Cell(_) => None,
     }
 }
 

@@ -1,6 +1,6 @@
 //! The gait of a saved design as what a board plays, compared with what was simulated.
 
-use grammar_lang::eval::{EvalError, Unmade};
+use grammar_lang::eval::{EvalError, Made, MadeActuator, Unmade};
 use grammar_lang::ir::{Field, JointKind, RuleSet, Target, Task};
 use thiserror::Error;
 
@@ -12,7 +12,7 @@ use crate::design::{Design, PartId};
 use crate::drive::Bends;
 use crate::hardware::backend::{self, POINTS, backend};
 use crate::hardware::compared::{Compared, in_words, same};
-use crate::hardware::contents;
+use crate::hardware::contents::{self, Driven};
 use crate::hardware::{Limits, Problem, Schedule};
 
 /// A gait for a board.
@@ -129,7 +129,8 @@ pub fn gait(
     let own = simulated.task();
     let name = target_name(of.unwrap_or(rules), target, &own.on)?;
     let played = on_target(rules, of, &saved.name, &name);
-    let (drive, _) = replay::drive_of(&candidate.under(&played)?, saved)?;
+    let under = candidate.under(&played)?;
+    let (drive, _) = replay::drive_of(&under, saved)?;
     let Some(target) = played.targets.get(&name) else {
         return Err(no_target(rules, &name));
     };
@@ -169,10 +170,11 @@ pub fn gait(
         }
     }
     let before = simulated.bends_over_time(&parameters)?;
-    let contents = contents::changes(
-        (simulated_on(rules, own, &target.kind), rules.actuators.get(&target.kind)),
-        (target, played.actuators.get(&target.kind)),
-    );
+    let made = driven.iter().zip(&names).filter_map(|(id, name)| {
+        Some(Driven { name, before: row(candidate.design(), *id)?, now: row(under.design(), *id)? })
+    });
+    let contents =
+        contents::changes(simulated_on(rules, own, &target.kind), target, &made.collect::<Vec<_>>());
     let is_same = |all: &[Compared]| all.iter().all(Compared::is_same);
     // What other boards drive, this one does not change.
     let compared = |before, now| {
@@ -264,6 +266,14 @@ fn lagging(bends: &Bends, actuator: PartId, period: f64, joint: JointKind) -> Op
         let [followed, asked] = [followed, asked].map(|value| in_words(joint, value));
         format!("it is too slow for its curve: at {followed} where it is asked for {asked}, at {time:.2} s")
     })
+}
+
+/// What an actuator of a design is.
+fn row(design: &Design, actuator: PartId) -> Option<&MadeActuator> {
+    match design.parts.get(&actuator)?.made.as_ref() {
+        Made::Actuator(row) => Some(row),
+        Made::Block(_) | Made::Cell(_) => None,
+    }
 }
 
 /// How an actuator of a design moves.

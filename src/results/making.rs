@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grammar_lang::eval::WithValues;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
@@ -11,7 +10,7 @@ use super::names::Names;
 use super::view::{Look, Made, Making, Piece};
 use crate::derive::{Derivation, Step};
 use crate::design::assembly::Shape;
-use crate::design::{Body, Design, Part, PartId, lattice};
+use crate::design::{Body, Design, Part, PartId};
 use crate::document::about_rule;
 
 /// The beginning and the steps of a derivation, with all elements that ever were.
@@ -32,18 +31,9 @@ pub fn making(rules: &RuleSet, sources: &SourceMap, derivation: &Derivation, nam
     making
 }
 
-/// The colour of a part; empty if it has none.
-pub(super) fn colour(known: &WithValues<'_>, part: &Part) -> String {
-    match (&part.made, &known.rules.lattice) {
-        (Some(made), _) => made.colour().to_owned(),
-        (None, Some(lattice)) => lattice::colour(known, lattice, part),
-        (None, None) => String::new(),
-    }
-}
-
 /// How an element of a part looks.
-pub(super) fn look(known: &WithValues<'_>, part: &Part, shape: Shape) -> Look {
-    Look { shape, colour: colour(known, part), label: part.kind.clone() }
+pub(super) fn look(part: &Part, shape: Shape) -> Look {
+    Look { shape, colour: part.made.colour().to_owned(), label: part.kind.clone() }
 }
 
 /// Takes over what the last step did to the elements. `there` says which pieces the elements of
@@ -64,7 +54,7 @@ fn follow(
         let place = places.entry(*id).or_default();
         let key = (*id, *place);
         *place += 1;
-        let look = look(&after.known(rules), part, element.shape);
+        let look = look(part, element.shape);
         let name = named.part(*id);
         let known = gone.get(&key).copied();
         let piece = known.and_then(|index| making.pieces.get_mut(index)).filter(|piece| piece.look == look);

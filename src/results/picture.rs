@@ -49,7 +49,7 @@ pub fn scene(
             let swelling = candidate.body.assembly.swellings.iter().find(|s| s.element == index);
             let actuator = swelling.map(|swelling| swelling.actuator);
             let actuator = actuator.or_else(|| candidate.body.actuators.iter().position(|a| a == id));
-            let mut look = look(&candidate.derivation.design.known(rules), parts.get(id)?, element.shape);
+            let mut look = look(parts.get(id)?, element.shape);
             if !lattice::is_cell(*id) {
                 look.label = names.get(*id)?.to_owned();
             }

@@ -2,6 +2,7 @@
 
 pub mod ceiling;
 mod observed;
+mod stillness;
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,6 +14,7 @@ use grammar_lang::ir::{
 };
 
 pub use observed::{Observed, observe};
+pub use stillness::check_designs;
 
 use crate::derive::{Candidate, Derivation, DesignScope};
 use crate::design::Body;

@@ -32,7 +32,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::assembly::Assembly;
 pub use feedback::{ControlLoop, Controller, Measured, Snapshot};
-pub use motion::{Motion, Targets};
+pub use motion::{Motion, Placement, Targets};
 pub use sliding::Sliding;
 pub use stop::Stop;
 pub use world::World;

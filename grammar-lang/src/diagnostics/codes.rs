@@ -181,6 +181,7 @@ codes! {
     UNEVEN_SWING      "W0741" "uneven-swing" Warning;
     SAID_TWICE        "W0742" "said-twice" Warning;
     GIVEN_TO_ONE_KIND "W0743" "given-to-one-kind" Warning;
+    BEST_STILL        "W0744" "best-at-rest" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

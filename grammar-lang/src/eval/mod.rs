@@ -5,6 +5,7 @@ mod allowance;
 mod call;
 mod curve;
 mod made;
+mod making;
 pub mod order;
 mod over;
 mod scope;
@@ -19,8 +20,8 @@ pub(crate) use allowance::Allowance;
 pub use allowance::Budget;
 pub use curve::Curve;
 pub use made::{
-    Made, MadeActuator, MadeBlock, MadeJoint, MadeMotor, MadePort, SHORTER, SOCKET, Unmade, is_across,
-    is_colour, shortens, unit,
+    Made, MadeActuator, MadeBlock, MadeCell, MadeJoint, MadeMotor, MadePort, SHORTER, SOCKET, Unmade,
+    is_across, is_colour, shortens, unit,
 };
 pub use over::evaluate_over;
 use scope::InCycle;

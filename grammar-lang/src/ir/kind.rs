@@ -34,7 +34,7 @@ impl<'r> Kind<'r> {
         self.varying().any(|(_, expr)| reads(expr))
     }
 
-    /// The fields that read the parameters, by name; those of a cell, which always may, are not among them.
+    /// The fields that read the parameters, by name.
     pub fn varying(self) -> impl Iterator<Item = (&'static str, &'r Expr)> {
         let fields: Vec<(&'static str, Option<&'r Expr>)> = match self {
             Self::Block(part) => {
@@ -65,7 +65,20 @@ impl<'r> Kind<'r> {
                 ];
                 own.into_iter().chain(motor).chain(of_joint(&actuator.joint)).collect()
             }
-            Self::Cell(_) => Vec::new(),
+            Self::Cell(lattice) => {
+                let cell = &lattice.cell;
+                let varies = |value: &'r Expr| {
+                    let own = |e: &Expr| matches!(e.kind, ExprKind::Local(_) | ExprKind::OfBody(_));
+                    Some(value).filter(|value| value.any(&mut |e| own(e)))
+                };
+                vec![
+                    ("mass", varies(&cell.mass)),
+                    ("friction", varies(&cell.friction)),
+                    ("stiffness", varies(&cell.stiffness)),
+                    ("damping", varies(&cell.damping)),
+                    ("colour", varies(&cell.colour)),
+                ]
+            }
         };
         fields.into_iter().filter_map(|(name, expr)| Some((name, expr?)))
     }

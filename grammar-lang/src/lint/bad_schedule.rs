@@ -1,9 +1,11 @@
 //! A schedule that does nothing: no iteration, no move, or a negative temperature.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{ExprKind, SearchMethod, Selection};
+use crate::ir::{Expr, ExprKind, SearchMethod, Selection};
 
 use super::known::Known;
+use crate::types::USUAL;
+use crate::units::{Dimension, shown};
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (schedule, method) in known.ruleset.search.loops() {
@@ -60,5 +62,26 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             let span = temperature.span;
             report(span, "a temperature cannot be negative", "always below zero", "let it fall towards 0");
         }
+        findings.extend(method.temperature().and_then(|temperature| unusual(known, temperature)));
     }
+}
+
+/// A temperature that even at its highest is so low that nothing worse is ever accepted, or so high that everything is.
+fn unusual(known: &Known<'_>, temperature: &Expr) -> Option<Diagnostic> {
+    let usual = USUAL.iter().find(|usual| (usual.of, usual.field) == ("a search", "temperature"))?;
+    let highest = known.numbers(temperature).high;
+    let told = |x: f64| shown(x, Dimension::NUMBER);
+    let accepts = match highest {
+        // A plain zero accepts nothing worse on purpose.
+        highest if highest <= 0.0 || !highest.is_finite() => return None,
+        highest if highest < usual.least => "no worse design is ever accepted",
+        highest if highest > usual.most => "at the beginning every worse design is accepted",
+        _ => return None,
+    };
+    let message = format!("this temperature reaches {}: {accepts}", told(highest));
+    Some(
+        Diagnostic::new(Code::UNUSUAL, temperature.span, message)
+            .label(format!("usual: {} .. {} in the unit of the objective", told(usual.least), told(usual.most)))
+            .help("a temperature is a loss that is often accepted: begin with a tenth of a good value, and let it fall"),
+    )
 }

@@ -34,18 +34,15 @@ pub(super) fn made<'k>(
     };
     let given = given.unwrap_or_default();
     let left = Arc::clone(&known.tried);
-    given
-        .into_iter()
-        .map_while(move |given| {
-            let (own, values) = given
-                .iter()
-                .map(|(n, v)| (n.clone(), v.clone()))
-                .partition::<IndexMap<_, _>, _>(|(name, _)| kind.params().contains_key(name));
-            let values = values.into_iter().collect();
-            let made = Made::within(kind, &WithValues { rules, values: &values }, &own, &left)?;
-            Some(made.transpose().map(|made| (given, made)))
-        })
-        .flatten()
+    given.into_iter().map_while(move |given| {
+        let (own, values) = given
+            .iter()
+            .map(|(n, v)| (n.clone(), v.clone()))
+            .partition::<IndexMap<_, _>, _>(|(name, _)| kind.params().contains_key(name));
+        let values = values.into_iter().collect();
+        let made = Made::within(kind, &WithValues { rules, values: &values }, &own, &left)?;
+        Some((given, made))
+    })
 }
 
 /// The parameters of the grammar that the fields of a kind read and rules set. One that hides a parameter of the kind is an error.
@@ -84,7 +81,7 @@ pub(super) fn usual(known: &Known<'_>, actuator: &Actuator) -> Option<MadeActuat
     };
     let scope = WithValues { rules: known.ruleset, values: &BodyValues::new() };
     match Made::of(kind, &scope, &given) {
-        Ok(Some(Made::Actuator(made))) => Some(made),
+        Ok(Made::Actuator(made)) => Some(made),
         _ => None,
     }
 }

@@ -90,6 +90,7 @@ fn greatest_friction(known: &Known<'_>) -> Option<f64> {
             .map(|(_, made)| match made.ok()? {
                 Made::Block(block) => Some(block.friction),
                 Made::Actuator(actuator) => Some(actuator.friction),
+                Made::Cell(cell) => Some(cell.friction),
             })
             .collect();
         // Of too many parameters not all are tried.

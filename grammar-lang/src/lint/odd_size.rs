@@ -28,6 +28,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             let form = match made.ok()? {
                 Made::Block(block) => block.form,
                 Made::Actuator(actuator) => actuator.segment,
+                Made::Cell(_) => return None,
             };
             let sizes = form.half_extents() * 2.0;
             let odd = sizes.iter().copied().find(|size| !(LEAST..=most).contains(size));

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Made;
 use crate::ir::{Actuation, Backend, Kind, Task, Ty, Variable};
+use crate::source::Span;
 use crate::units::{Dimension, shown};
 
 use super::instances::{driven_range, made};
@@ -25,7 +26,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let mut told = BTreeSet::new();
     for task in ruleset.tasks.values() {
         for (kind, name) in &task.actuated {
-            let Some(period) = ruleset.actuations.get(name).and_then(period) else { continue };
+            let Some(actuation) = ruleset.actuations.get(name) else { continue };
+            let fixed = || fixed_period(known, actuation);
+            let Some(period) = period(actuation).or_else(fixed) else { continue };
             if let Some(finding) = unusual(task, period)
                 && told.insert(period.span)
             {
@@ -86,12 +89,27 @@ fn cannot_follow(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnosti
     })
 }
 
-/// The varied period of an actuation.
-fn period(actuation: &Actuation) -> Option<&Variable> {
-    actuation.variables.iter().find(|v| v.name == "period" && v.ty.dimension() == Some(Dimension::TIME))
+/// How long the periods of an actuation are, from the shortest to the longest, s.
+#[derive(Clone, Copy)]
+struct Periods {
+    domain: (f64, f64),
+    span: Span,
 }
 
-fn unusual(task: &Task, period: &Variable) -> Option<Diagnostic> {
+/// The varied period of an actuation.
+fn period(actuation: &Actuation) -> Option<Periods> {
+    let is_period = |v: &&Variable| v.name == "period" && v.ty.dimension() == Some(Dimension::TIME);
+    actuation.variables.iter().find(is_period).map(|v| Periods { domain: v.domain, span: v.span })
+}
+
+/// The one that is a number.
+fn fixed_period(known: &Known<'_>, actuation: &Actuation) -> Option<Periods> {
+    let (_, value) = actuation.lets.iter().find(|(name, _)| name == "period")?;
+    let period = known.fixed(value)?.as_number().filter(|_| value.ty.dimension() == Some(Dimension::TIME))?;
+    Some(Periods { domain: (period, period), span: value.span })
+}
+
+fn unusual(task: &Task, period: Periods) -> Option<Diagnostic> {
     let time = |x: f64| shown(x, Dimension::TIME);
     let (low, high) = period.domain;
     let (control, duration) = (task.model.control, task.model.duration);
@@ -114,7 +132,7 @@ fn unusual(task: &Task, period: &Variable) -> Option<Diagnostic> {
     Some(Diagnostic::new(Code::UNUSUAL, period.span, message).label(label).help(help))
 }
 
-fn too_slow(target: &str, place: crate::source::Span, shortest: f64, period: &Variable) -> Diagnostic {
+fn too_slow(target: &str, place: Span, shortest: f64, period: Periods) -> Diagnostic {
     let time = |x: f64| shown(x, Dimension::TIME);
     Diagnostic::new(Code::TOO_SHORT, place, format!("the valves of `{target}` are too slow for some periods"))
         .label(format!("a valve stays in one state for at least {}", time(shortest)))

@@ -10,7 +10,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let rules = known.ruleset;
     let parts = rules.parts.iter().map(|(name, part)| (name, Kind::Block(part)));
     let actuators = rules.actuators.iter().map(|(name, actuator)| (name, Kind::Actuator(actuator)));
-    for (name, kind) in parts.chain(actuators) {
+    let cells = rules.lattice.iter().map(|lattice| (&lattice.kind, Kind::Cell(lattice)));
+    for (name, kind) in parts.chain(actuators).chain(cells) {
         let Some((given, unmade)) = made(known, kind).find_map(|(given, made)| Some((given, made.err()?)))
         else {
             continue;

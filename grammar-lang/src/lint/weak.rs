@@ -1,14 +1,22 @@
-//! Actuators that cannot hold their own segments, even if they have as few as they may.
+//! Actuators that cannot hold their own segments, even if they have as few as they may, and cores that no actuator moves.
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Made;
-use crate::ir::{Actuator, JointKind, Kind};
+use crate::ir::{Actuator, ExprKind, JointKind, Kind};
 use crate::units::{Dimension, shown};
 
 use super::instances::made;
 use super::known::Known;
 
+/// Actuators whose force is less than this share of what the core weighs do not move it, even if there are dozens of them.
+const MOVES: f64 = 0.02;
+
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    too_weak(known, findings);
+    findings.extend(too_heavy(known));
+}
+
+fn too_weak(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     let gravity = ruleset.tasks.values().map(|task| task.model.gravity).fold(0.0, f64::max);
     // A twist need not hold what hangs on it, and the weight does not load it with a torque.
@@ -52,4 +60,42 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
         }
     }
+}
+
+/// The core, if it is so heavy that none of the actuators moves it.
+fn too_heavy(known: &Known<'_>) -> Option<Diagnostic> {
+    let ruleset = known.ruleset;
+    let gravity = ruleset.tasks.values().map(|task| task.model.gravity).fold(f64::INFINITY, f64::min);
+    let core = ruleset.begin.first().filter(|placed| placed.on.is_none())?;
+    let ExprKind::Kind(name, _) = &core.what.kind else { return None };
+    let part = ruleset.parts.get(name)?;
+    let masses = made(known, Kind::Block(part)).map(|(_, made)| match made {
+        Ok(Made::Block(block)) => Some(block.mass),
+        _ => None,
+    });
+    let lightest = masses.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::min)?;
+    let mut strongest: f64 = 0.0;
+    for actuator in ruleset.actuators.values().filter(|actuator| actuator.motor.is_some()) {
+        // A wheel is as strong as it is small, and a row of few segments as it is short.
+        if actuator.joint.kind == JointKind::Spin {
+            return None;
+        }
+        for (_, made) in made(known, Kind::Actuator(actuator)) {
+            let Ok(Made::Actuator(made)) = made else { return None };
+            let effort = made.motor.as_ref()?.effort;
+            let length = 2.0 * made.segment.half_extents().x;
+            strongest =
+                strongest.max(if actuator.joint.kind == JointKind::Slide { effort } else { effort / length });
+        }
+    }
+    let weight = lightest * gravity;
+    (strongest > 0.0 && strongest < MOVES * weight).then(|| {
+        let force = |x: f64| shown((x * 1e3).round() / 1e3, Dimension::FORCE);
+        Diagnostic::new(Code::WEAK, core.span, format!("no actuator moves a core as heavy as `{name}`"))
+            .label(format!("it weighs {}", force(weight)))
+            .help(format!(
+                "the strongest actuator pushes with {} at the end of its first segment: check the units of `mass`, `density`, `shape` and `torque`",
+                force(strongest)
+            ))
+    })
 }

@@ -1,7 +1,7 @@
 //! Checks passive parts, and what actuators have as they do: shape, mass, colour.
 
 use indexmap::IndexMap;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::Declarations;
 use super::fields::{Fields, Sign, Values, reads_params};
@@ -15,6 +15,8 @@ use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
+/// A port that lies deeper in its part than this share of what the part measures there is inside it.
+const BURIED: f64 = 0.25;
 const PART: &[&str] = &["shape", "density", "mass", "friction", "colour", "joint"];
 
 impl Declarations<'_> {
@@ -171,14 +173,16 @@ impl Declarations<'_> {
             if !shape.holds(&own, slack) && !told.contains(&port.name.as_str()) {
                 told.push(&port.name);
                 // How far the part reaches towards the port.
-                let mut surface = (0.0, 1.0);
-                for _ in 0..40 {
-                    let middle = 0.5 * (surface.0 + surface.1);
-                    let inside = shape.holds(&(own * middle), 0.0);
-                    surface = if inside { (middle, surface.1) } else { (surface.0, middle) };
-                }
                 let distance = at.coords.norm();
-                self.stray_port(&port.name, span, distance, distance * surface.0);
+                let reach = shape.depth(&Point3::origin(), &(own.coords / distance));
+                self.stray_port(&port.name, span, distance, reach);
+            }
+            let [x, y, z] = *facing;
+            let ahead = if form.stands { Vector3::new(y, x, z) } else { Vector3::new(x, y, z) };
+            let (depth, behind) = (shape.depth(&own, &ahead), shape.depth(&own, &-ahead));
+            if depth > BURIED * (depth + behind) + 1e-3 && !told.contains(&port.name.as_str()) {
+                told.push(&port.name);
+                self.buried_port(&port.name, span, depth);
             }
             let outwards: f64 = (0..3).map(|k| facing[k] * at.coords[k]).sum();
             if outwards < -0.1 * at.coords.norm() && !told.contains(&port.name.as_str()) {

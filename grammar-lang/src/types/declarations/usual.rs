@@ -111,6 +111,13 @@ pub const USUAL: &[Usual] = &[
     usual("a prototype", "simulated", (1e-6, 10.0), "m/s", "4 mm in an hour and a sprinter"),
     usual("a prototype", "measured", (1e-6, 10.0), "m/s", "4 mm in an hour and a sprinter"),
     usual("a search", "spread", (0.1, 200.0), "%", "a thousandth of each domain and twice the domain"),
+    usual(
+        "a search",
+        "temperature",
+        (1e-4, 1e5),
+        "",
+        "a ten-thousandth of the objective's unit and a hundred thousand of it",
+    ),
     usual("a set of worlds", "friction", OF_IT, "%", OF_IT_ENDS),
     usual("a set of worlds", "mass", OF_IT, "%", OF_IT_ENDS),
     usual("a set of worlds", "torque", OF_IT, "%", OF_IT_ENDS),
@@ -231,6 +238,15 @@ impl Declarations<'_> {
                     length(reach)
                 ))
                 .help("a port must lie on the surface, or up to 5 % of the part's length and 1 mm off it: a part attached here would float in the air"),
+        );
+    }
+
+    /// Warns of a port that lies deep within its part.
+    pub(super) fn buried_port(&mut self, name: &str, place: Span, depth: f64) {
+        self.report(
+            Diagnostic::new(Code::STRAY_PORT, place, format!("the port `{name}` lies inside its part"))
+                .label(format!("a part attached here reaches {} into this one", length(depth)))
+                .help("a port must lie on the surface: solid parts cannot be in one place. For an axle that goes through, write `allow W0727 because \"...\"`"),
         );
     }
 

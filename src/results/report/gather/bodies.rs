@@ -7,8 +7,8 @@ use nalgebra::Isometry3;
 use crate::derive::Candidate;
 use crate::design::assembly::Shape;
 use crate::results::DesignError;
+use crate::results::replay;
 use crate::results::report::read::{Found, Run};
-use crate::results::{making, replay};
 
 /// One rigid piece of a body at rest.
 #[derive(Clone, Debug)]
@@ -40,11 +40,8 @@ fn made(found: &Found) -> Result<Vec<Piece>, Rc<DesignError>> {
     }
     let elements = body.assembly.elements.iter().zip(&body.parts_of_elements);
     let piece = elements.map(|(element, id)| {
-        let colour = derivation
-            .design
-            .parts
-            .get(id)
-            .map_or(String::new(), |part| making::colour(&derivation.design.known(rules), part));
+        let part = derivation.design.parts.get(id);
+        let colour = part.map_or(String::new(), |part| part.made.colour().to_owned());
         Piece { shape: element.shape, pose: element.pose, colour }
     });
     Ok(piece.collect())
