@@ -2,6 +2,7 @@
 
 use sgc::derive::{Derivation, check_begun, check_start, overwritten, run_example};
 use sgc::design::CORE;
+use sgc::results::names::Names;
 
 use crate::joints::compiled;
 
@@ -183,12 +184,12 @@ fn a_value_from_outside_that_is_overwritten_at_once_is_refused() {
 fn a_value_from_outside_that_the_first_step_overwrites_is_refused() {
     let lost = |value: &str, step: &str| {
         let mut sources = grammar_lang::source::SourceMap::default();
-        let example = format!("example first {{\n step a = {step}\n}}");
+        let example = format!("example begun {{\n step a = {step}\n}}");
         let entry = sources.add("own.sgr", format!("grammar plates\n{PLATE}\n{example}"));
         let given = [("long".to_owned(), value.to_owned())];
         let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &given, None);
         let rules = compiled.ruleset.clone().unwrap_or_else(|| panic!("{:?}", compiled.diagnostics));
-        let first = Derivation::start(&rules, Some("first")).unwrap();
+        let first = Derivation::start(&rules, Some("begun")).unwrap();
         overwritten(&rules, &first.design).len()
     };
     assert_eq!(lost("60 mm", "longer(l = 50 mm)"), 1);
@@ -290,4 +291,20 @@ fn fields_of_kinds_are_read_of_their_parts() {
         "require bends_far : forall a in bender: (a.segments - 1) * a.torque / a.stiffness >= 20 deg",
     )
     .unwrap();
+}
+
+/// A body as the text of a grammar says what it was given from outside, and not what a rule sets in any body.
+#[test]
+fn a_beginning_names_what_was_given() {
+    let mut sources = grammar_lang::source::SourceMap::default();
+    let always = "rule follows {\n always\n set wide = 12 mm\n}";
+    let entry = sources.add("own.sgr", format!("grammar plates\n{PLATE}\n{always}"));
+    let given = [("long".to_owned(), "50 mm".to_owned())];
+    let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &given, None);
+    let rules = compiled.ruleset.unwrap();
+    let derivation = Derivation::begin(&rules);
+    let names = Names::through(&rules, &derivation);
+    let text = sgc::results::beginning::beginning(&rules, &names, &derivation.design);
+    assert!(text.contains("write `param long : Length ... = 50 mm`"), "{text}");
+    assert!(!text.contains("param wide"), "{text}");
 }

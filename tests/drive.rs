@@ -225,6 +225,52 @@ fn a_target_that_changes_the_motion_is_refused_or_shown() {
     }
 }
 
+/// Speeds that read parameters which rules may set are those of the other grammar, unless the steps of the design set them.
+#[test]
+fn what_rules_may_set_is_compared_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |default: f64, follows: f64| {
+        format!(
+            "param leak : Number in 0.1 .. 1.0 = {default}
+            param own : Number in 0.1 .. 1.0 = 0.5
+            variant leaky of \"{}\" {{
+              set bender.bending_speed  = 95 deg/s * own
+              set bender.relaxing_speed = 95 deg/s * leak
+              add rule leaks {{ choose v in 0.1 .. 1.0 set leak = v }}
+              add rule follows {{ always set own = {follows} }}
+              add rule legs {{
+                match p : cube with free port q where p is core and q is left
+                attach cube to core.left as a
+                attach bender(segments = 4) to a.left
+              }}
+              add example legged {{ step a = legs(p = core, q = core.left) }}
+            }}",
+            grammar("pneumatic.sgr")
+        )
+    };
+    let write = |name: &str, text: String| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_string_lossy().into_owned()
+    };
+    let own = write("own.sgr", text(0.4, 0.5));
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    let made = run(&["run", &own, "--from", "legged", "--max-evals", "4", "--quiet", "--out", &out]);
+    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
+    let drive = |file: &str| run(&["drive", &out, "--dry-run", "--force", "--grammar", file]);
+    let same = drive(&own);
+    assert_eq!(same.status.code(), Some(0), "{}", said(&same));
+    for (other, says) in [
+        (text(0.1, 0.5), "`relaxing_speed` is 9.5 deg/s (before: 38 deg/s)"),
+        (text(0.4, 0.2), "`bending_speed` is 19 deg/s (before: 47.5 deg/s)"),
+    ] {
+        let other = write("other.sgr", other);
+        let refused = drive(&other);
+        assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+        assert!(said(&refused).contains(says), "{}", said(&refused));
+    }
+}
+
 /// Other pins and tables that wind up the same bends are another target, and the same motion.
 /// Where two boards play one gait, each is compared for what it drives.
 #[test]

@@ -95,14 +95,13 @@ impl Kept {
                 pose([at(0), at(1), at(2), at(3), at(4), at(5), at(6)])
             }));
         }
-        let placement = |(body, local, form): &(usize, [f64; 7], Form)| Placement {
-            body: *body,
-            local: pose(*local),
-            shape: match *form {
+        let placement = |(body, local, form): &(usize, [f64; 7], Form)| {
+            let shape = match *form {
                 Form::Box(half) => Shape::Box { half: Vector3::from(half) },
                 Form::Ball(radius) => Shape::Ball { radius },
                 Form::Cylinder(radius, half_length) => Shape::Cylinder { radius, half_length },
-            },
+            };
+            Placement::new(*body, pose(*local), shape)
         };
         Motion {
             interval: self.interval,

@@ -47,7 +47,7 @@ fn seen(rules: &RuleSet, way: Way, (along, across): (usize, usize), is_ball: boo
         let turned = if is_ball { UnitQuaternion::identity() } else { turned };
         Isometry3::from_parts(Translation3::from(at), turned)
     });
-    let placement = |body| Placement { body, local: Isometry3::identity(), shape };
+    let placement = |body| Placement::new(body, Isometry3::identity(), shape);
     let motion = Motion {
         interval: DURATION / (FRAMES - 1) as f64,
         duration: DURATION,

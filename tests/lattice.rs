@@ -511,3 +511,20 @@ fn a_body_of_cells_has_no_model_of_hinges() {
     assert!(errors(&export).contains("--to motion"), "{}", errors(&export));
     assert_eq!(code(&sgc(&["export", &out, "--to", "motion"])), 0);
 }
+
+/// Nothing is left of a cell that is strained by -100 %.
+#[test]
+fn a_strain_that_leaves_nothing_of_a_cell_has_no_value() {
+    let with = |most: &str| {
+        let text = HEAD.replace("20 % * sin(t / period * 360 deg)", most);
+        let rules = rules_of(&format!(
+            "{text}\nlattice 3 x 1 x 1 of gel\nbegin {{ fill region(middle, -1 .. 1, 0, 0) with gel(beat = early, side = 1) }}"
+        ));
+        let candidate = Candidate::new(&rules, Arc::new(Derivation::begin(&rules)));
+        let drive = Drive::new(&candidate, rules.first_task().unwrap()).unwrap();
+        drive.targets(&[]).map(|_| ()).map_err(|error| error.reason)
+    };
+    assert_eq!(with("-85 % * sin(t / period * 180 deg)"), Ok(()));
+    let refused = with("-95 % * sin(t / period * 180 deg)").unwrap_err();
+    assert!(refused.contains("a strain of -95 % leaves nothing of a cell"), "{refused}");
+}

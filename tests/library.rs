@@ -85,8 +85,7 @@ fn engine(rules: &RuleSet) -> String {
                 Isometry3::new(place, Vector3::new(0.1 * element, 0.4, 0.2) * frame * frame)
             })
             .collect();
-        let placement =
-            |(body, e): (usize, &Element)| Placement { body, local: Isometry3::identity(), shape: e.shape };
+        let placement = |(body, e): (usize, &Element)| Placement::new(body, Isometry3::identity(), e.shape);
         let placements: Vec<_> = body.assembly.elements.iter().enumerate().map(placement).collect();
         let motion = Motion {
             interval: task.model.duration / 20.0,

@@ -171,6 +171,7 @@ fn checks_doubt_in_both_directions() {
         name: RuleSet::ONLY_TASK.to_owned(),
         value: 10.0,
         nominal: None,
+        at_rest: None,
         unit: "cm".to_owned(),
         terms: Vec::new(),
         checks: Vec::new(),
@@ -203,6 +204,26 @@ fn checks_doubt_in_both_directions() {
     assert_eq!(verdict(Some(1e-4), Measured::Drift), Verdict::Confirmed);
     assert_eq!(verdict(Some(3e-4), Measured::Drift), Verdict::Refuted);
     assert_eq!(verdict(Some(0.06), Measured::Spin), Verdict::Refuted);
+    // What comes without the actuators may be a fifth of the value.
+    assert_eq!(verdict(Some(1.9), Measured::Held), Verdict::Confirmed);
+    assert_eq!(verdict(Some(-30.0), Measured::Held), Verdict::Confirmed);
+    assert_eq!(verdict(Some(2.1), Measured::Held), Verdict::ByItself);
+    assert!(!Verdict::ByItself.remark().is_empty());
+    // Of 10 cm a body has 6 where it stands: the motion is worth 4, of which it keeps 80 %.
+    let standing = SavedTask { at_rest: Some(6.0), ..saved.clone() };
+    let verdict = |value, measured| {
+        let check = Check { name: "elsewhere".to_owned(), value: Some(value), measured, why: None };
+        robustness::verdict(&rules, &standing, &check)
+    };
+    assert_eq!(verdict(9.3, Measured::Value), Verdict::Confirmed);
+    assert_eq!(verdict(9.1, Measured::Value), Verdict::Worse);
+    assert_eq!(verdict(6.7, Measured::Held), Verdict::Confirmed);
+    assert_eq!(verdict(6.9, Measured::Held), Verdict::ByItself);
+    // A value over worlds is compared with one over worlds.
+    let everywhere = SavedTask { nominal: Some(20.0), ..saved.clone() };
+    let check = |measured| Check { name: "elsewhere".to_owned(), value: Some(10.0), measured, why: None };
+    assert_eq!(robustness::verdict(&rules, &everywhere, &check(Measured::InWorlds)), Verdict::Confirmed);
+    assert_eq!(robustness::verdict(&rules, &everywhere, &check(Measured::Value)), Verdict::Worse);
 }
 
 /// The rotation of an element is that of its part: x is forward, also of a disk, whose own axis stands upright.

@@ -145,8 +145,8 @@ fn minimising_the_negative_is_maximising() {
     let best = search(&rules, 2, 2, 300).0.best.expect("a best design");
     assert!(best.value < -0.1, "{}", best.value);
     assert!(best.tasks[0].half_step.is_some_and(|half| sgc::search::keeps(
-        &rules,
-        &rules.tasks[0],
+        rules.tasks[0].objective.direction,
+        0.0,
         rules.search.keep,
         best.value,
         half
@@ -735,8 +735,9 @@ fn a_constant_in_the_objective_hides_no_loss() {
         assert!((task.objective.offset(&rules) - offset).abs() < 1e-9, "{objective}");
         let sign = task.objective.direction.fitness(1.0);
         let other = |share: f64| offset + sign * 20.0 * share;
-        let keeps =
-            |share: f64| sgc::search::keeps(&rules, task, rules.search.keep, other(1.0), other(share));
+        let keeps = |share: f64| {
+            sgc::search::keeps(task.objective.direction, offset, rules.search.keep, other(1.0), other(share))
+        };
         assert!(keeps(0.9) && keeps(1.5) && !keeps(0.5), "{objective}");
     }
 }

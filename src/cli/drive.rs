@@ -133,8 +133,14 @@ impl Drive {
                 design.display()
             )));
         }
-        output::note(&told);
         let out = design.with_file_name("difference.svg");
+        if self.out.as_ref().is_some_and(|other| is_same_file(other, &out)) {
+            return Err(Fault::usage(format!(
+                "{}: what changes is drawn here; name another file for the schedule with `--out`",
+                out.display()
+            )));
+        }
+        output::note(&told);
         let drawing = compared::svg("Simulated and played", &gait.changed);
         self.replace.write_sealed(&out, &drawing, DRIVE)?;
         output::note(&format!("drawn in {}", out.display()));
@@ -161,6 +167,9 @@ impl Drive {
         stop: &AtomicBool,
         quiet: interrupt::Cuttable,
     ) -> Result<u8, Fault> {
+        interrupt::undone(
+            "stopped before the board had answered: this program has moved nothing, and does not know the state of the outputs",
+        );
         let link = Serial::open(port).map_err(|error| fault(&error))?;
         let bar = ProgressBar::new_spinner();
         bar.set_style(
@@ -222,6 +231,15 @@ impl Drive {
         };
         format!("{state}: cycle {}{of}, {now:.1} s of {all:.1} s; Ctrl-C stops", u64::from(status.cycle) + 1)
     }
+}
+
+/// Whether two paths lead to one file, which need not be there yet.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some((std::fs::canonicalize(folder).ok()?, path.file_name()?.to_owned()))
+    };
+    place(a).is_some_and(|a| place(b) == Some(a))
 }
 
 /// The design and its target do not fit: nothing has been moved.

@@ -40,7 +40,7 @@ pub(super) struct Eval {
     #[arg(long, value_name = "NAME", requires = "motion")]
     task: Option<String>,
     /// Simulate the design in every world of this set of scenarios: NAME in its grammar, or FILE:NAME in another file
-    #[arg(long = "in", value_name = "SCENARIOS", conflicts_with = "motion")]
+    #[arg(long = "in", value_name = "SCENARIOS", conflicts_with_all = ["motion", "task"])]
     scenarios: Option<String>,
     /// The variant of the grammar that --grammar names
     #[arg(long, value_name = "NAME", requires = "grammar")]

@@ -74,6 +74,14 @@ impl Export {
             ));
         }
         if matches!(self.to, Format::Begin) {
+            if self.task.is_some()
+                || self.solver.is_some()
+                || self.precision.asked() != replay::Precision::Model
+            {
+                return Err(Fault::usage(
+                    "`--to begin` writes a body, and simulates nothing\nhelp: leave `--task`, `--solver`, `--step` and `--sweeps` out".to_owned(),
+                ));
+            }
             if rules.lattice.is_some() {
                 return Err(Fault::usage(format!(
                     "{}: `--to begin` writes parts, and this body is made of cells of a lattice; begin another search with it by \

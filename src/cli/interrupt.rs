@@ -16,6 +16,8 @@ use crate::results::whole::abandon;
 static STOP: AtomicBool = AtomicBool::new(false);
 /// The command that goes on with what is on the disk, once something is.
 static SAVED: OnceLock<String> = OnceLock::new();
+/// What is said where nothing was saved, if that is not the point.
+static UNDONE: OnceLock<&'static str> = OnceLock::new();
 /// How much is under way that can be cut at any moment.
 static CUTTABLE: AtomicUsize = AtomicUsize::new(0);
 /// A terminal that is closed may send several signals: those that come so soon are one.
@@ -81,11 +83,18 @@ fn leave() -> ! {
         }
         None => {
             let older = if is_back { "; the older run is back" } else { "" };
-            output::note(&format!("stopped in the middle of something long; nothing was saved{older}"));
+            let undone =
+                UNDONE.get().unwrap_or(&"stopped in the middle of something long; nothing was saved");
+            output::note(&format!("{undone}{older}"));
             exit::INTERRUPTED
         }
     };
     std::process::exit(i32::from(code))
+}
+
+/// Notes what to say if a signal ends this command before it has done anything.
+pub(super) fn undone(told: &'static str) {
+    UNDONE.get_or_init(|| told);
 }
 
 /// Notes that from now on a run, or several, can be gone on with.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::eval::Unmade;
+use grammar_lang::eval::{BodyValues, Unmade};
 use grammar_lang::ir::RuleSet;
 use nalgebra::UnitQuaternion;
 
@@ -38,6 +38,17 @@ impl<'r> Candidate<'r> {
         let mut derivation = Derivation::clone(&self.derivation);
         derivation.design.remake(rules)?;
         Ok(Candidate { rules, derivation: derivation.into(), body: Arc::clone(&self.body) })
+    }
+
+    /// The same, but actuators move as far and as fast as other rules say ([`Design::move_as`]).
+    ///
+    /// # Errors
+    ///
+    /// An actuator that they leave without a range or a speed.
+    pub fn moving_as(self, rules: &RuleSet, values: &BodyValues) -> Result<Self, Unmade> {
+        let mut derivation = Derivation::clone(&self.derivation);
+        derivation.design.move_as(rules, values)?;
+        Ok(Candidate { derivation: derivation.into(), ..self })
     }
 
     /// How an element lies in the frame of its part. Balls that fill a part have none of their own.

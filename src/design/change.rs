@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{KindValue, Made, Unmade, Value, WithValues};
+use grammar_lang::eval::{BodyValues, KindValue, Made, Unmade, Value, WithValues};
 use grammar_lang::ir::{Kind, RuleSet, Settable, Ty};
 use grammar_lang::units;
 use indexmap::IndexMap;
@@ -379,6 +379,43 @@ impl Design {
         for part in self.parts.values_mut() {
             let Some(kind) = rules.kind(&part.kind) else { continue };
             part.made = own(&known, kind, &part.params, part.image)?;
+        }
+        Ok(())
+    }
+}
+
+impl Design {
+    /// Lets actuators move as far and as fast as other rules say, where parameters that rules set have these values. A parameter of a
+    /// part that it has not here is as these rules give it.
+    ///
+    /// # Errors
+    ///
+    /// An actuator that they leave without a range or a speed.
+    pub fn move_as(&mut self, rules: &RuleSet, values: &BodyValues) -> Result<(), Unmade> {
+        let known = WithValues { rules, values };
+        for part in self.parts.values_mut() {
+            let (Made::Actuator(own), Some(kind)) = (part.made.as_ref(), rules.actuators.get(&part.kind))
+            else {
+                continue;
+            };
+            let mut params = IndexMap::new();
+            for (name, declared) in &kind.params {
+                let usual = || {
+                    let default = declared.default.as_ref()?;
+                    grammar_lang::eval::evaluate(default, &known, &mut Vec::new()).ok()
+                };
+                if let Some(value) = part.params.get(name).cloned().or_else(usual) {
+                    params.insert(name.clone(), value);
+                }
+            }
+            let Made::Actuator(other) = Made::of(Kind::Actuator(kind), &known, &params)? else { continue };
+            let mut made = own.clone();
+            made.joint.range = made.joint.range.and(other.joint.range).or(made.joint.range);
+            if let (Some(motor), Some(other)) = (&mut made.motor, other.motor) {
+                motor.speed = other.speed;
+                motor.relaxing_speed = other.relaxing_speed;
+            }
+            part.made = Arc::new(Made::Actuator(made));
         }
         Ok(())
     }

@@ -6,7 +6,9 @@
 use std::sync::atomic::AtomicU64;
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate, evaluate_number};
-use grammar_lang::ir::{Attribute, ElementAttribute, Group, MotionWord, Sensor, Track, Ty, Word, felt_by};
+use grammar_lang::ir::{
+    Attribute, ElementAttribute, Group, JointKind, MotionWord, Sensor, Track, Ty, Word, felt_by,
+};
 
 use super::conditions::Conditions;
 use super::hardware::Limit;
@@ -42,6 +44,19 @@ impl<'r> ControlLaw<'r> {
         let reacts = drive.actuators.iter().any(|driven| drive.reacts(driven));
         let feedback = reacts.then(|| Reaction::new(drive, parameters, conditions)).transpose()?;
         Ok(Self { targets, feedback })
+    }
+
+    /// What holds all actuators where they begin, and motors still.
+    #[must_use]
+    pub fn holding(drive: &Drive<'r>) -> Self {
+        let place = |driven| {
+            let made = drive.made(driven).filter(|made| made.joint.kind != JointKind::Spin);
+            made.map_or(0.0, |made| made.joint.start())
+        };
+        let row: Vec<f64> = drive.actuators.iter().map(place).collect();
+        let angles = [row.as_slice(), row.as_slice()].concat();
+        let targets = Targets { interval: drive.task().model.control, actuators: row.len(), angles };
+        Self { targets, feedback: None }
     }
 
     /// The motion that it makes in a world.

@@ -75,6 +75,9 @@ struct Field {
     start: usize,
 }
 
+/// A cell keeps at least a tenth of its size.
+const LEAST_STRAIN: f64 = -0.9;
+
 /// An actuator with what drives it.
 #[derive(Clone, Debug)]
 struct Driven {
@@ -469,6 +472,7 @@ impl<'r> Drive<'r> {
             let late = conditions.late(column);
             let times = (0..samples).map(|sample| (sample as f64 * model.control - late).max(0.0));
             let bends = self.bends(driven, parameters, times)?;
+            self.check_strains(driven, &bends)?;
             for (row, bend) in angles.chunks_exact_mut(count).zip(bends) {
                 row[column] = bend;
             }
@@ -476,13 +480,33 @@ impl<'r> Drive<'r> {
         Ok(Targets { interval: model.control, actuators: count, angles })
     }
 
+    /// That a cell is left with some of its size.
+    fn check_strains(&self, driven: &Driven, strains: &[f64]) -> Result<(), EvalError> {
+        let is_cell = self.kind_of(driven).is_some_and(|kind| self.candidate.rules.is_cell(kind));
+        let least = strains.iter().copied().fold(0.0, f64::min);
+        let Some((_, actuation)) =
+            self.actuations.get(driven.actuation).filter(|_| is_cell && least < LEAST_STRAIN)
+        else {
+            return Ok(());
+        };
+        Err(EvalError {
+            span: actuation.drive.span,
+            reason: format!(
+                "a strain of {:.0} % leaves nothing of a cell: keep it at {:.0} % or above",
+                least * 100.0,
+                LEAST_STRAIN * 100.0
+            ),
+        })
+    }
+
     fn kind_of(&self, driven: &Driven) -> Option<&str> {
         self.candidate.design().parts.get(&driven.id).map(|part| part.kind.as_str())
     }
 
-    /// What an actuator can be asked for: rad, m or rad/s. Cells are strained as far as they are asked to be.
+    /// What an actuator can be asked for: rad, m or rad/s. Cells are strained as far as they are asked to be, while something is left
+    /// of them.
     fn driven_range(&self, driven: &Driven) -> (f64, f64) {
-        self.made(driven).map_or((f64::NEG_INFINITY, f64::INFINITY), MadeActuator::driven_range)
+        self.made(driven).map_or((LEAST_STRAIN, f64::INFINITY), MadeActuator::driven_range)
     }
 
     /// What an actuator is with its parameters; none for a cell.

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use grammar_lang::eval::evaluate;
-use grammar_lang::ir::{Expr, ExprKind, RuleSet, Ty};
+use grammar_lang::ir::{Effect, Expr, ExprKind, RuleSet, Ty};
 use grammar_lang::units::{self, Dimension};
 
 use super::describe::{Named, port_name};
@@ -18,15 +18,19 @@ pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
     let names = names(called, design);
     let named = Named { rules, names: called, design };
     let mut text = String::new();
-    for (name, value) in &design.values {
-        if let Some(param) = rules.params.get(name) {
-            let value = literal(named, &Recorded::new(value), Some(&param.ty));
-            let _ = writeln!(
-                text,
-                "# This body has other values than the grammar begins with: `param {name} : {} ... = {value}`.",
-                param.ty
-            );
-        }
+    for (name, param) in &rules.params {
+        let own = design.values.get(name).filter(|_| !is_always_set(rules, name));
+        let value = match own {
+            Some(value) => value.clone(),
+            None if param.given => param.in_force(),
+            None => continue,
+        };
+        let value = literal(named, &Recorded::new(&value), Some(&param.ty));
+        let _ = writeln!(
+            text,
+            "# This body has other values than the grammar says: write `param {name} : {} ... = {value}`.",
+            param.ty
+        );
     }
     text += "begin {\n";
     for (id, name) in &names {
@@ -35,6 +39,12 @@ pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
         }
     }
     text + "}\n"
+}
+
+/// Whether a rule that is carried out always sets a parameter of the grammar: it does so in any design.
+fn is_always_set(rules: &RuleSet, name: &str) -> bool {
+    let sets = |effect: &Effect| matches!(effect, Effect::SetOfBody { name: set, .. } if set == name);
+    rules.always.iter().flat_map(|rule| Effect::single(&rule.effects)).any(sets)
 }
 
 /// The original of each part, with its name, after what holds it: so its images are those that it has, and move as they do.

@@ -1,7 +1,7 @@
 //! The gait of a saved design as what a board plays, compared with what was simulated.
 
-use grammar_lang::eval::{EvalError, Made, MadeActuator, Unmade};
-use grammar_lang::ir::{Field, JointKind, RuleSet, Target, Task};
+use grammar_lang::eval::{BodyValues, EvalError, Made, MadeActuator, Unmade};
+use grammar_lang::ir::{JointKind, RuleSet, Target, Task};
 use thiserror::Error;
 
 use super::DesignError;
@@ -129,7 +129,10 @@ pub fn gait(
     let own = simulated.task();
     let name = target_name(of.unwrap_or(rules), target, &own.on)?;
     let played = on_target(rules, of, &saved.name, &name);
-    let under = candidate.under(&played)?;
+    let mut under = candidate.under(&played)?;
+    if let Some(of) = of {
+        under = under.moving_as(of, &values_under(of, design, candidate.design()))?;
+    }
     let (drive, _) = replay::drive_of(&under, saved)?;
     let Some(target) = played.targets.get(&name) else {
         return Err(no_target(rules, &name));
@@ -222,23 +225,20 @@ fn simulated_on<'r>(rules: &'r RuleSet, task: &'r Task, kind: &str) -> Option<&'
     rules.targets_of(task).find_map(|(_, target)| (target.kind == kind).then_some(target))
 }
 
-/// The rules of a design with the targets of others, and with actuators that move as theirs do; the task is on the target.
+/// What parameters that rules set are of a design under other rules: as its steps set them there. Where these cannot make it, each that a
+/// rule has set in the design stays as it is.
+fn values_under(of: &RuleSet, saved: &SavedDesign, design: &Design) -> BodyValues {
+    match replay::candidate(of, saved) {
+        Ok(there) => there.design().values.clone(),
+        Err(_) => design.values.clone(),
+    }
+}
+
+/// The rules of a design with the targets of others; the task is on the target.
 fn on_target(rules: &RuleSet, of: Option<&RuleSet>, task: &str, target: &str) -> RuleSet {
     let mut played = rules.clone();
     if let Some(of) = of {
         played.targets.clone_from(&of.targets);
-        for (kind, actuator) in &mut played.actuators {
-            if let Some(other) = of.actuators.get(kind) {
-                let alike = actuator.params.keys().eq(other.params.keys());
-                if let (Some(range), Some(other)) = (&mut actuator.joint.range, &other.joint.range) {
-                    take(range, other, alike);
-                }
-                if let (Some(motor), Some(other)) = (&mut actuator.motor, &other.motor) {
-                    take(&mut motor.speed, &other.speed, alike);
-                    take(&mut motor.relaxing_speed, &other.relaxing_speed, alike);
-                }
-            }
-        }
     }
     let targets = &played.targets;
     let kind = |name: &str| targets.get(name).map(|target| &target.kind);
@@ -248,13 +248,6 @@ fn on_target(rules: &RuleSet, of: Option<&RuleSet>, task: &str, target: &str) ->
         task.on.push(target.to_owned());
     }
     played
-}
-
-/// Takes what another kind says. Where that reads parameters, the kinds must have the same.
-fn take<T: Clone>(own: &mut Field<T>, other: &Field<T>, alike: bool) {
-    if alike || other.fixed().is_some() {
-        own.clone_from(other);
-    }
 }
 
 /// That an actuator does not follow what it is asked for, once it has come to it, in words.

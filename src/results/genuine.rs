@@ -76,6 +76,13 @@ pub fn check_values(
         if task.nominal.map(f64::to_bits) != saved.nominal.map(f64::to_bits) {
             return changed(format!("the saved value of the task `{}` in the nominal world", saved.name));
         }
+        // Versions before this one did not say it.
+        if let Some(said) = saved.at_rest {
+            let (drive, parameters) = drive_of(&replayed.candidate, saved)?;
+            if saving::at_rest(&drive, &parameters).map(f64::to_bits) != Some(said.to_bits()) {
+                return changed(format!("what the task `{}` is worth where nothing moves", saved.name));
+            }
+        }
         let names = |terms: &[(String, f64)]| terms.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
         if names(&score.terms) != names(&saved.terms) {
             return changed("the list of saved terms".to_owned());

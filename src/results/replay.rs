@@ -307,6 +307,16 @@ impl<'r> Driven<'r> {
         self.motion_in(&Scenario::nominal(), solver, stop)
     }
 
+    /// The motion in the nominal world with all actuators held where they begin.
+    pub(super) fn held(&self, solver: &str, stop: Stop<'_>) -> Result<Result<Motion, Invalid>, DesignError> {
+        let law = ControlLaw::holding(&self.drive);
+        let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
+        let mut simulation = model.prepare(&self.drive.candidate().body.assembly, &self.settings)?;
+        let motions = simulation.run_cases(stop, &[law.case(&World::NOMINAL)]);
+        let motions = motions.ok_or(DesignError::Stopped("the simulation was complete"))?;
+        Ok(motions.into_iter().next().unwrap_or(Err(Invalid::NotFinite)))
+    }
+
     /// The motion in one world.
     pub(super) fn motion_in(
         &self,

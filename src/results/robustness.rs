@@ -6,18 +6,22 @@ use rayon::prelude::*;
 use super::DesignError;
 use super::describe;
 use super::elsewhere::{values, values_and_whole};
-use super::replay::{Driven, How, Precision, candidate};
+use super::replay::{Driven, How, Precision, candidate, replay_task};
 use super::saved::{Check, InWorld, Measured, SavedDesign, SavedTask};
 use crate::derive::Candidate;
 use crate::scenarios::{self, Scenario};
 use crate::score;
-use crate::search::keeps;
+use crate::search::{NOTHING, keeps};
 use crate::simulate::{Invalid, SolverName, Stop, rod};
 
 /// The names of the checks that every final best goes through.
 pub(super) const HALF_STEP: &str = "half the step, finer contacts";
 /// What keeps its value at half the step may still live on an error that is slow to show.
 const EIGHTH: &str = "an eighth of the step, finer contacts";
+/// A value over worlds is checked in all of them.
+const IN_WORLDS: &str = "an eighth of the step, in all worlds";
+/// What a robot does without its actuators is no work of theirs: it topples, rolls on, or trembles by an error of the solver.
+const HELD: &str = "its actuators held still";
 /// Nothing carries a body away on a floor without friction, but errors of the solver do.
 const ICE: &str = "a floor of ice";
 /// A centre of mass that stays this near on ice, m, has stayed: rounding is a hundredth of it.
@@ -55,18 +59,25 @@ pub fn final_check(
     for saved in &mut design.tasks {
         let task = &*saved;
         // One by one they keep one thread busy for seconds; side by side they are the same.
-        let ((opinions, (ice, work)), (worlds, tests)) = rayon::join(
+        let ((opinions, ((ice, held), work)), (worlds, tests)) = rayon::join(
             || {
                 let ice = || on_ice(&candidate, task, model);
                 let work = || work(&candidate, task, model);
+                let ice = || (ice(), held(&candidate, task, model));
                 rayon::join(|| opinions(&candidate, task, model), || rayon::join(ice, work))
             },
-            || rayon::join(|| elsewhere(&candidate, task, model), || tests(&candidate, task, model)),
+            || {
+                let elsewhere = || (in_worlds(&candidate, task, model), elsewhere(&candidate, task, model));
+                rayon::join(elsewhere, || tests(&candidate, task, model))
+            },
         );
         given_up(stop)?;
+        let (whole, worlds) = worlds;
         saved.checks.extend(opinions);
+        saved.checks.extend(whole);
         saved.checks.push(Check::new(WORK, Measured::Work, work));
         saved.checks.push(ice);
+        saved.checks.extend(held);
         let is_new = |checks: &[Check], one: &Check| checks.iter().all(|check| check.name != one.name);
         for one in worlds? {
             if is_new(&saved.checks, &one) {
@@ -158,6 +169,27 @@ fn on_ice(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Check {
     }
 }
 
+/// What the task is worth with all actuators held where they begin; nothing where the body has none.
+fn held(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Option<Check> {
+    let value = || -> Result<f64, DesignError> {
+        let driven = Driven::new(candidate, saved, how.precision)?;
+        let motion = driven.held(how.solver, how.stop)??;
+        Ok(score::objective(driven.recording(&motion, Some(&Scenario::nominal())))?)
+    };
+    (!candidate.body.actuators.is_empty()).then(|| Check::new(HELD, Measured::Held, value()))
+}
+
+/// The value over all worlds that it depends on, at an eighth of the step; nothing where it is that of the nominal world.
+fn in_worlds(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Option<Check> {
+    saved.nominal?;
+    let value = || -> Result<f64, DesignError> {
+        let finest = replay_task(candidate, saved, How { precision: Precision::Finest, ..how })?;
+        let lost = || finest.lost.map(|(_, why)| why).or(finest.motion.err()).unwrap_or(Invalid::NotFinite);
+        Ok(finest.score.map(|score| score.value).ok_or_else(lost)?)
+    };
+    Some(Check::new(IN_WORLDS, Measured::InWorlds, value()))
+}
+
 /// The work of all actuators at half the step, as a share of what it is in steps of the model.
 fn work(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Result<f64, DesignError> {
     let at = |precision| -> Result<f64, DesignError> {
@@ -221,9 +253,6 @@ pub(super) fn tested(rules: &RuleSet, saved: &SavedTask) -> Vec<Scenario> {
     set.map_or_else(Vec::new, |(name, set)| scenarios::tests(name, set))
 }
 
-/// Values that differ by less, in the unit of the objective, are the same: the noise of a robot at rest.
-const NOTHING: f64 = 1e-4;
-
 /// What a cross-check says of the value of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -235,6 +264,8 @@ pub enum Verdict {
     Better,
     /// The value holds, but the work of the actuators does not.
     OtherWork,
+    /// The robot does much of it by itself, with its actuators held.
+    ByItself,
     /// There is nothing to compare, or the robot goes where nothing can go.
     Refuted,
     /// It says nothing, for or against.
@@ -249,6 +280,7 @@ impl Verdict {
             Self::Confirmed | Self::Silent => "",
             Self::Better => "   (so much better that it is in doubt: see docs/physics.md)",
             Self::OtherWork => "   (energy and work are in doubt: see docs/physics.md)",
+            Self::ByItself => "   (much of the value comes without the actuators: see docs/physics.md)",
             Self::Worse | Self::Refuted => "   (worse than a best should be: see docs/physics.md)",
         }
     }
@@ -265,16 +297,29 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
         Some(share) if check.name == RODS => share,
         _ => rules.search.keep,
     };
+    let (direction, worlds) = (task.objective.direction, check.measured == Measured::InWorlds);
+    let value = if worlds { saved.value } else { saved.in_nominal() };
+    let at_rest = saved.at_rest.unwrap_or_else(|| task.objective.offset(rules));
     match check.measured {
+        // What comes of itself, beyond what there is where nothing moves.
+        Measured::Held => {
+            let gained = |value: f64| direction.fitness(value) - direction.fitness(at_rest);
+            let much = (1.0 - rules.search.keep) * gained(value).abs();
+            if gained(other) > much.max(NOTHING) { Verdict::ByItself } else { Verdict::Confirmed }
+        }
         Measured::Drift if other <= STAYS => Verdict::Confirmed,
         Measured::Drift | Measured::Spin => Verdict::Refuted,
         Measured::Work if other.max(1.0 / other) <= WORKS_ALIKE => Verdict::Confirmed,
         Measured::Work => Verdict::OtherWork,
         // What does not move differs by rounding only.
-        Measured::Value if (other - saved.in_nominal()).abs() < NOTHING => Verdict::Confirmed,
-        Measured::Value if !keeps(rules, task, share, saved.in_nominal(), other) => Verdict::Worse,
-        Measured::Value if !keeps(rules, task, share, other, saved.in_nominal()) => Verdict::Better,
-        Measured::Value => Verdict::Confirmed,
+        Measured::Value | Measured::InWorlds if (other - value).abs() < NOTHING => Verdict::Confirmed,
+        Measured::Value | Measured::InWorlds if !keeps(direction, at_rest, share, value, other) => {
+            Verdict::Worse
+        }
+        Measured::Value | Measured::InWorlds if !keeps(direction, at_rest, share, other, value) => {
+            Verdict::Better
+        }
+        Measured::Value | Measured::InWorlds => Verdict::Confirmed,
         Measured::Unable | Measured::Sunk => Verdict::Silent,
     }
 }
@@ -317,7 +362,7 @@ pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: 
             )
         }
         (None, _) => check.why.clone().unwrap_or_else(|| "the motion is not valid".to_owned()),
-        (Some(value), Measured::Value) => {
+        (Some(value), Measured::Value | Measured::InWorlds | Measured::Held) => {
             describe::quantity(design.less_penalties(direction, value), &saved.unit)
         }
         (Some(spin), Measured::Spin) => {

@@ -66,6 +66,10 @@ pub enum Measured {
     /// The value of the task, in its unit.
     #[default]
     Value,
+    /// The same over all worlds that it depends on.
+    InWorlds,
+    /// The value with all actuators held where they begin: what comes of itself.
+    Held,
     /// How far the centre of mass gets from where it began, along the ground, m.
     Drift,
     /// By how much angular momentum turns the body about the vertical, rad, where nothing can give it any.
@@ -151,6 +155,10 @@ pub struct SavedTask {
     /// What the objective is of its motion in the nominal world alone, where it runs over others, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nominal: Option<f64>,
+    /// What it is where nothing moves, if that is more than a constant in the text of the objective: what the motion is worth lies
+    /// beyond that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_rest: Option<f64>,
     /// The unit of the value; empty if it has none.
     pub unit: String,
     /// The terms in SI units.

@@ -47,6 +47,7 @@ pub fn save(
             name: task.name.clone(),
             value: tune.value,
             nominal: tune.nominal,
+            at_rest: at_rest(&drive, &tune.parameters),
             unit: task.objective.unit.clone(),
             terms: Vec::new(),
             checks: Vec::new(),
@@ -104,4 +105,11 @@ pub(super) fn beside(rules: &RuleSet, values: &[f64]) -> Vec<Beside> {
         unit: objective.unit.clone(),
     };
     rules.beside().iter().zip(values).map(one).collect()
+}
+
+/// What the objective of a task is where nothing moves, if its text does not say that.
+pub(super) fn at_rest(drive: &Drive<'_>, parameters: &[f64]) -> Option<f64> {
+    let (rules, objective) = (drive.candidate().rules, &drive.task().objective);
+    let value = score::at_rest(drive, parameters)?.first().copied()?;
+    (value != objective.offset(rules)).then_some(value)
 }

@@ -14,7 +14,7 @@ use grammar_lang::ir::{
 };
 
 pub use observed::{Observed, observe};
-pub use stillness::check_designs;
+pub use stillness::{at_rest, check_designs};
 
 use crate::derive::{Candidate, Derivation, DesignScope};
 use crate::design::Body;

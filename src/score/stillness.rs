@@ -1,4 +1,4 @@
-//! Objectives that are best for a body that does not move.
+//! What an objective is of a body that does not move, and objectives of which that is the best value.
 
 use std::sync::Arc;
 
@@ -9,9 +9,10 @@ use grammar_lang::source::{FileId, SourceMap};
 use grammar_lang::units::shown;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::{Recording, objective};
+use super::{Recording, objective, objectives};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation};
+use crate::design::assembly::Element;
 use crate::drive::{Drive, check_driven};
 use crate::simulate::{Motion, Placement};
 
@@ -80,6 +81,15 @@ fn check_still(rules: &RuleSet) -> Vec<Diagnostic> {
     rules.tasks.values().filter(alone).filter_map(|task| best_still(&candidate, task)).collect()
 }
 
+/// What each objective of a task is of a body that stands as it begins and does not move: what a motion is worth lies beyond that.
+/// Nothing where one of them has no value.
+#[must_use]
+pub fn at_rest(drive: &Drive<'_>, parameters: &[f64]) -> Option<Vec<f64>> {
+    let motion = made_up(drive.candidate(), drive.task(), Tried::Still, 0.0);
+    let values = objectives(Recording::nominal(drive, parameters, &motion)).ok()?;
+    values.iter().all(|value| value.is_finite()).then_some(values)
+}
+
 fn best_still<'r>(candidate: &Candidate<'r>, task: &'r Task) -> Option<Diagnostic> {
     let drive = Drive::new(candidate, task).ok()?;
     let parameters = drive.draw(&mut Stream::named(0, "still"));
@@ -141,11 +151,8 @@ fn made_up(candidate: &Candidate<'_>, task: &Task, tried: Tried, work: f64) -> M
         let bend = if let Tried::Wobbles = tried { TURN * swing } else { 0.0 };
         bends.extend(std::iter::repeat_n(bend, actuators));
     }
-    let placement = |(body, element): (usize, &crate::design::assembly::Element)| Placement {
-        body,
-        local: Isometry3::identity(),
-        shape: element.shape,
-    };
+    let placement =
+        |(body, element): (usize, &Element)| Placement::new(body, Isometry3::identity(), element.shape);
     Motion {
         interval,
         duration,

@@ -91,14 +91,16 @@ impl Aim {
         self.scales.first().map_or(0.0, |first| first.direction.fitness(-distance * first.range))
     }
 
-    /// Whether other values confirm those of all objectives, each by the share that the search asks for.
-    pub(super) fn keeps(&self, keep: f64, each: &[f64], other: &[f64]) -> bool {
-        each.len() == other.len()
-            && self.scales.iter().zip(each.iter().zip(other)).all(|(scale, (value, other))| {
-                let fitness = |x: &f64| scale.direction.fitness(*x);
-                let size = value.abs().max(OF_RANGE * scale.range);
-                fitness(other) >= fitness(value) - (1.0 - keep) * size
-            })
+    /// Whether other values confirm those of all objectives, each by the share that the search asks for. What they are where nothing
+    /// moves is no part of what a motion is worth.
+    pub(super) fn keeps(&self, keep: f64, at_rest: &[f64], each: &[f64], other: &[f64]) -> bool {
+        let at_rest = at_rest.iter().copied().chain(std::iter::repeat(0.0));
+        let all = self.scales.iter().zip(at_rest).zip(each.iter().zip(other));
+        each.len() == other.len() && { all }.all(|((scale, at_rest), (value, other))| {
+            let fitness = |x: &f64| scale.direction.fitness(*x);
+            let size = (value - at_rest).abs().max(OF_RANGE * scale.range);
+            fitness(other) >= fitness(value) - (1.0 - keep) * size
+        })
     }
 
     /// Whether a design is as good as these values in every objective, or better.
@@ -177,11 +179,11 @@ mod tests {
     #[test]
     fn every_objective_must_be_kept_but_next_to_nothing_may_change() {
         let aim = aim(&[vec![0.0, 0.0], vec![40.0, 8.0]], 1);
-        assert!(aim.keeps(0.8, &[30.0, 5.0], &[25.0, 5.9]));
-        assert!(!aim.keeps(0.8, &[30.0, 5.0], &[23.0, 5.0]));
-        assert!(!aim.keeps(0.8, &[30.0, 5.0], &[30.0, 6.1]));
+        assert!(aim.keeps(0.8, &[], &[30.0, 5.0], &[25.0, 5.9]));
+        assert!(!aim.keeps(0.8, &[], &[30.0, 5.0], &[23.0, 5.0]));
+        assert!(!aim.keeps(0.8, &[], &[30.0, 5.0], &[30.0, 6.1]));
         // A hundredth of a joule against a front of eight.
-        assert!(aim.keeps(0.8, &[30.0, 0.01], &[30.0, 0.1]));
-        assert!(!aim.keeps(0.8, &[30.0, 0.01], &[30.0, 0.3]));
+        assert!(aim.keeps(0.8, &[], &[30.0, 0.01], &[30.0, 0.1]));
+        assert!(!aim.keeps(0.8, &[], &[30.0, 0.01], &[30.0, 0.3]));
     }
 }

@@ -27,7 +27,7 @@ use std::sync::atomic::AtomicBool;
 use thiserror::Error;
 
 use grammar_lang::eval::EvalError;
-use grammar_lang::ir::{RuleSet, Task};
+use grammar_lang::ir::Direction;
 
 pub(crate) use bodies::front::hypervolume;
 pub use bodies::{Observer, Outcome, Row, go_on, run, tune_body};
@@ -203,12 +203,14 @@ pub(crate) fn accepts(current: f64, candidate: f64, temperature: f64, drawn: f64
     candidate >= current || (temperature > 0.0 && drawn < libm::exp((candidate - current) / temperature))
 }
 
-/// Whether another value of a task keeps this share of a value.
+/// Values that differ by less, in the unit of the objective, are the same: the noise of a robot at rest.
+pub const NOTHING: f64 = 1e-4;
+
+/// Whether another value of an objective keeps this share of a value. `at_rest` is its value where nothing moves, which is no part of
+/// what a motion is worth.
 #[must_use]
-pub fn keeps(rules: &RuleSet, task: &Task, share: f64, value: f64, other: f64) -> bool {
-    let direction = task.objective.direction;
-    // A constant that is added to all values is no part of what a motion is worth.
-    let worth = (value - task.objective.offset(rules)).abs();
+pub fn keeps(direction: Direction, at_rest: f64, share: f64, value: f64, other: f64) -> bool {
+    let worth = (value - at_rest).abs();
     direction.fitness(other) >= direction.fitness(value) - (1.0 - share) * worth
 }
 

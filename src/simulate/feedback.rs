@@ -66,11 +66,8 @@ impl Snapshot {
     /// A body at rest as its assembly says, before anything moves.
     #[must_use]
     pub fn at_rest(assembly: &Assembly) -> Self {
-        let placement = |(body, element): (usize, &Element)| Placement {
-            body,
-            local: Isometry3::identity(),
-            shape: element.shape,
-        };
+        let placement =
+            |(body, element): (usize, &Element)| Placement::new(body, Isometry3::identity(), element.shape);
         let elements = assembly.elements.len();
         Self {
             time: 0.0,
@@ -135,7 +132,7 @@ impl Measured<'_> {
         let placement = |(body, placement): (usize, &Placement)| Placement {
             body,
             local: Isometry3::identity(),
-            shape: placement.shape,
+            ..placement.clone()
         };
         Snapshot {
             time: self.time,
@@ -168,7 +165,7 @@ impl Measured<'_> {
     /// The height of the lowest point of an element, m.
     #[must_use]
     pub fn lowest(&self, element: usize) -> Option<f64> {
-        let shape = &self.placements.get(element)?.shape;
+        let shape = self.placements.get(element)?.swollen(|actuator| self.position(actuator).unwrap_or(0.0));
         Some(shape.lowest(&self.pose(element)?))
     }
 

@@ -105,7 +105,7 @@ mod tests {
             bends: Vec::new(),
             work: Vec::new(),
             commands: None,
-            placements: [0, 1].map(|body| Placement { body, local: Isometry3::identity(), shape }).into(),
+            placements: [0, 1].map(|body| Placement::new(body, Isometry3::identity(), shape)).into(),
         };
         (motion, Assembly { elements: vec![element(0), element(1)], ..Assembly::default() })
     }

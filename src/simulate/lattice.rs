@@ -107,6 +107,7 @@ impl Lattice {
             body,
             local: Isometry3::identity(),
             shape: Shape::Ball { radius: ball.radius },
+            swells: ball.gains.clone(),
         };
         let placements: Arc<[Placement]> = self.balls.iter().enumerate().map(placement).collect();
         Driven::strains(self.actuators, placements)

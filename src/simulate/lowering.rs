@@ -107,8 +107,7 @@ impl Lowered {
     /// What runs it.
     pub(super) fn driven(&self) -> Driven {
         let dofs: Vec<&Dof> = self.bodies.iter().filter_map(|body| body.dof.as_ref()).collect();
-        let placement =
-            |piece: &Piece| Placement { body: piece.body, local: piece.local, shape: piece.shape };
+        let placement = |piece: &Piece| Placement::new(piece.body, piece.local, piece.shape);
         let placements: Arc<[Placement]> = self.pieces.iter().map(placement).collect();
         Driven::joints(&dofs, &self.servos, self.bodies.len(), self.actuators, placements)
     }

@@ -83,8 +83,27 @@ pub struct Placement {
     pub body: usize,
     /// Pose of the element in the body's frame.
     pub local: Isometry3<f64>,
-    /// Geometry of the element.
+    /// Geometry of the element at rest.
     pub shape: Shape,
+    /// What strains it, if it is a ball that swells: actuators, and the strain for each unit of their position.
+    pub swells: Vec<(usize, f64)>,
+}
+
+impl Placement {
+    /// Of an element that does not swell.
+    #[must_use]
+    pub fn new(body: usize, local: Isometry3<f64>, shape: Shape) -> Self {
+        Self { body, local, shape, swells: Vec::new() }
+    }
+
+    /// Its geometry where actuators stand so.
+    pub(super) fn swollen(&self, position: impl Fn(usize) -> f64) -> Shape {
+        let strain: f64 = self.swells.iter().map(|(actuator, gain)| gain * position(*actuator)).sum();
+        match self.shape {
+            Shape::Ball { radius } if strain != 0.0 => Shape::Ball { radius: radius * (1.0 + strain) },
+            shape => shape,
+        }
+    }
 }
 
 /// What lasts for one frame in so many has lasted.
@@ -129,24 +148,40 @@ impl Motion {
         (frame as f64 * self.interval).min(self.duration)
     }
 
-    /// The pose of an element in the world at time `t`, between two frames
-    /// interpolated (position linearly, rotation by normalised quaternions);
-    /// `None` for an element that does not exist.
-    #[must_use]
-    pub fn pose(&self, element: usize, t: f64) -> Option<Isometry3<f64>> {
-        let placement = self.placements.get(element)?;
+    /// The frames around time `t`, and which share of the way from the first to the second it is; `None` without frames.
+    fn between(&self, t: f64) -> Option<(usize, usize, f64)> {
         let last = self.frames().checked_sub(1)?;
         let mut low = ((t / self.interval).max(0.0) as usize).min(last);
         if self.time(low) >= self.duration {
             low = last;
         }
         let high = (low + 1).min(last);
+        let span = self.time(high) - self.time(low);
+        let part = if span > 0.0 { ((t - self.time(low)) / span).clamp(0.0, 1.0) } else { 0.0 };
+        Some((low, high, part))
+    }
+
+    /// Where an actuator stands in a frame, rad, m or as a strain; zero where that is not recorded.
+    pub(super) fn position(&self, frame: usize, actuator: usize) -> f64 {
+        let actuators = self.bends.len().checked_div(self.frames()).unwrap_or(0);
+        if actuator < actuators {
+            self.bends.get(frame * actuators + actuator).copied().unwrap_or(0.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// The pose of an element in the world at time `t`, between two frames
+    /// interpolated (position linearly, rotation by normalised quaternions);
+    /// `None` for an element that does not exist.
+    #[must_use]
+    pub fn pose(&self, element: usize, t: f64) -> Option<Isometry3<f64>> {
+        let placement = self.placements.get(element)?;
+        let (low, high, part) = self.between(t)?;
         let (from, to) = (
             self.poses.get(low * self.bodies + placement.body)?,
             self.poses.get(high * self.bodies + placement.body)?,
         );
-        let span = self.time(high) - self.time(low);
-        let part = if span > 0.0 { ((t - self.time(low)) / span).clamp(0.0, 1.0) } else { 0.0 };
         let body = if part <= 0.0 {
             *from
         } else if part >= 1.0 {
@@ -175,8 +210,17 @@ impl Motion {
     /// for an element that does not exist.
     #[must_use]
     pub fn lowest(&self, element: usize, t: f64) -> Option<f64> {
-        let shape = &self.placements.get(element)?.shape;
-        Some(shape.lowest(&self.pose(element, t)?))
+        let pose = self.pose(element, t)?;
+        let placement = self.placements.get(element)?;
+        if placement.swells.is_empty() {
+            return Some(placement.shape.lowest(&pose));
+        }
+        let (low, high, part) = self.between(t)?;
+        let position = |actuator| {
+            let of = |frame| self.position(frame, actuator);
+            of(low) + (of(high) - of(low)) * part
+        };
+        Some(placement.swollen(position).lowest(&pose))
     }
 
     /// Whether an element is faster than `limit` (m/s) on its way to where it ends: along the ground, in the mean from
@@ -218,12 +262,7 @@ mod tests {
             bends: Vec::new(),
             work: Vec::new(),
             commands: None,
-            placements: [Placement {
-                body: 0,
-                local: Isometry3::identity(),
-                shape: Shape::Ball { radius: 0.01 },
-            }]
-            .into(),
+            placements: [Placement::new(0, Isometry3::identity(), Shape::Ball { radius: 0.01 })].into(),
         }
     }
 
@@ -239,5 +278,22 @@ mod tests {
         long.poses.extend((0..90).map(|_| Isometry3::translation(0.0, 0.01, 0.0)));
         long.duration = 9.9;
         assert_eq!(long.depth(), 0.0);
+    }
+    #[test]
+    fn a_ball_that_swells_on_the_ground_touches_it() {
+        let mut swelling = sinking([-0.01; 10]);
+        // It grows by 20 % and keeps its lowest point where it is.
+        for (frame, pose) in swelling.poses.iter_mut().enumerate() {
+            pose.translation.y = 0.01 * (1.0 + 0.02 * frame as f64);
+        }
+        swelling.bends = (0..10).map(|frame| 0.02 * f64::from(frame)).collect();
+        assert!(swelling.sliding()[0].touching < 0.3, "without its strain it rises");
+        let mut placements = swelling.placements.to_vec();
+        placements[0].swells = vec![(0, 1.0)];
+        swelling.placements = placements.into();
+        assert!((swelling.sliding()[0].touching - 0.9).abs() < 1e-9);
+        for t in [0.0, 0.25, 0.9] {
+            assert!(swelling.lowest(0, t).unwrap().abs() < 1e-12, "{t}");
+        }
     }
 }

@@ -42,7 +42,9 @@ impl Motion {
                 let at =
                     |frame: &[Isometry3<f64>]| frame.get(placement.body).map(|body| body * placement.local);
                 if let (Some(before), Some(after)) = (at(pair[0]), at(pair[1])) {
-                    own.go(&placement.shape, &before, &after, span);
+                    let shape = |frame| placement.swollen(|actuator| self.position(frame, actuator));
+                    let shapes = [shape(frame), shape(frame + 1)];
+                    own.go(&shapes, &before, &after, span);
                 }
             }
         }
@@ -52,10 +54,16 @@ impl Motion {
 
 impl Sliding {
     /// Adds a way from one pose to the next.
-    fn go(&mut self, shape: &Shape, before: &Isometry3<f64>, after: &Isometry3<f64>, span: f64) {
+    fn go(
+        &mut self,
+        [shape, swollen]: &[Shape; 2],
+        before: &Isometry3<f64>,
+        after: &Isometry3<f64>,
+        span: f64,
+    ) {
         self.path += horizontal(&(after.translation.vector - before.translation.vector));
         let turn = rotation_vector(&(after.rotation * before.rotation.inverse()));
-        if shape.lowest(before) > TOUCH || shape.lowest(after) > TOUCH {
+        if shape.lowest(before) > TOUCH || swollen.lowest(after) > TOUCH {
             return;
         }
         self.touching += span;
@@ -123,7 +131,7 @@ mod tests {
             bends: Vec::new(),
             work: Vec::new(),
             commands: None,
-            placements: Arc::new([Placement { body: 0, local: Isometry3::identity(), shape }]),
+            placements: Arc::new([Placement::new(0, Isometry3::identity(), shape)]),
         };
         motion.sliding()[0]
     }

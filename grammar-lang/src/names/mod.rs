@@ -125,6 +125,19 @@ impl Program {
         self.taking_part.iter().filter_map(|d| Some((*d, self.item(*d)?)))
     }
 
+    /// Whether a declaration takes part in the grammar by itself: what stands beside a variant does not.
+    #[must_use]
+    pub fn takes_part(&self, declaration: Declaration) -> bool {
+        self.taking_part.contains(&declaration)
+    }
+
+    /// Whether this is a variant in a text without a grammar: what else the text declares is there for the variant to name.
+    #[must_use]
+    pub fn is_only_variant(&self) -> bool {
+        let is_grammar = |item: &Rc<Item>| matches!(item.kind, ItemKind::Grammar(_));
+        self.base.is_some() && !self.modules.first().is_some_and(|m| m.tree.items.iter().any(is_grammar))
+    }
+
     /// The declarations that say what is observed: the grammar's own, then those of the modules that it uses.
     #[must_use]
     pub fn observing(&self) -> Vec<Declaration> {

@@ -176,14 +176,40 @@ impl<'a> Assembly<'a> {
         }
         let program = self.environment.program;
         let mut there = Vec::new();
-        let mut idle: Vec<(&Name, String)> = Vec::new();
+        let mut idle: Vec<(Span, String)> = Vec::new();
+        let mut beside: Vec<(Span, &str)> = Vec::new();
         let used =
             |d: &Declaration, c: &Self| c.declarations.expressions.touched.contains(d) || rest.contains(d);
         for (declaration, item) in items.iter().filter(|(d, _)| d.module == 0) {
             let by_itself = item.kind.kind().is_some_and(|kind| kind.counts != Counts::WhereUsed);
             there.extend(declared(item).map(|n| n.span));
             if let (Some(name), false, false) = (declared(item), by_itself, used(declaration, self)) {
-                idle.push((name, format!("nothing uses `{}`", name.text)));
+                idle.push((name.span, format!("nothing uses `{}`", name.text)));
+            }
+        }
+        if program.is_only_variant() {
+            let own = program.modules.first().into_iter().flat_map(|m| &m.tree.items).enumerate();
+            for (declaration, item) in own.map(|(item, it)| (Declaration { module: 0, item }, it)) {
+                if program.takes_part(declaration)
+                    || matches!(item.kind, ItemKind::Variant(_) | ItemKind::Use { .. })
+                {
+                    continue;
+                }
+                match declared(item) {
+                    Some(name) if !takes_part_only(&item.kind) => {
+                        there.push(name.span);
+                        if !used(&declaration, self) {
+                            idle.push((name.span, format!("nothing uses `{}`", name.text)));
+                        }
+                    }
+                    _ if takes_part_only(&item.kind) => {
+                        let word = item.kind.word();
+                        let place = Span { end: item.span.start + word.len() as u32, ..item.span };
+                        there.push(place);
+                        beside.push((place, word));
+                    }
+                    _ => {}
+                }
             }
         }
         let imports =
@@ -195,14 +221,26 @@ impl<'a> Assembly<'a> {
             let Some((declaration, item)) = program.lookup(name.span, &name.text) else { continue };
             let by_itself = item.kind.kind().is_some_and(|kind| kind.counts == Counts::Everywhere);
             there.push(name.span);
-            if !by_itself && !used(&declaration, self) {
-                idle.push((name, format!("`{}` is imported, but nothing uses it", name.text)));
+            if program.is_only_variant() && takes_part_only(&item.kind) && !program.takes_part(declaration) {
+                idle.push((
+                    name.span,
+                    format!("`{}` is imported, but takes no part in the variant", name.text),
+                ));
+            } else if !by_itself && !used(&declaration, self) {
+                idle.push((name.span, format!("`{}` is imported, but nothing uses it", name.text)));
             }
         }
-        let unused = idle.into_iter().map(|(name, message)| {
-            Diagnostic::new(Code::UNUSED, name.span, message).label("not used").help("use it, or take it out")
+        let unused = idle.into_iter().map(|(place, message)| {
+            Diagnostic::new(Code::UNUSED, place, message).label("not used").help("use it, or take it out")
         });
         let mut unused: Vec<Diagnostic> = unused.collect();
+        unused.extend(beside.into_iter().map(|(place, word)| {
+            Diagnostic::new(Code::UNUSED, place, format!("this `{word}` takes no part in the variant"))
+                .label("outside of its braces")
+                .help(format!(
+                    "write it inside the braces: `add {word} ...`, or `replace {word} ...` for what the base has"
+                ))
+        }));
         // What a variant in between changes, another may have put something else in the place of.
         let own = program.name.as_ref().map(|name| name.text.as_str());
         for change in program.changes.iter().filter(|change| Some(change.variant.as_str()) == own) {
@@ -425,4 +463,25 @@ impl<'a> Assembly<'a> {
             );
         }
     }
+}
+
+/// Whether a declaration does nothing but take part in the grammar: no other names it to build on it.
+fn takes_part_only(kind: &ItemKind) -> bool {
+    matches!(
+        kind,
+        ItemKind::Rule(..)
+            | ItemKind::Require { .. }
+            | ItemKind::Prefer { .. }
+            | ItemKind::Task(..)
+            | ItemKind::Example(..)
+            | ItemKind::Fallback { .. }
+            | ItemKind::Begin(..)
+            | ItemKind::Symmetry(..)
+            | ItemKind::Lattice(..)
+            | ItemKind::UseSearch(..)
+            | ItemKind::Observe(_)
+            | ItemKind::Objective { .. }
+            | ItemKind::Actuate(..)
+            | ItemKind::Simulate { .. }
+    )
 }

@@ -17,8 +17,7 @@ const CUBE: Vector3<f64> = Vector3::new(0.015, 0.015, 0.015);
 
 /// Elements at their bodies and places in them.
 fn placed(elements: &[Element], places: Vec<(usize, Isometry3<f64>)>) -> Arc<[Placement]> {
-    let placement =
-        |(element, (body, local)): (&Element, _)| Placement { body, local, shape: element.look.shape };
+    let placement = |(element, (body, local)): (&Element, _)| Placement::new(body, local, element.look.shape);
     elements.iter().zip(places).map(placement).collect()
 }
 

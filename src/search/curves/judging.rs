@@ -3,7 +3,7 @@
 //! Where the objective of a task runs over worlds, its value takes a motion in each. Most curves are simulated in the
 //! nominal world only, and the search says which are judged in all ([`Judge`]). The best is always the best in all.
 
-use grammar_lang::ir::{Direction, Judge};
+use grammar_lang::ir::{Direction, Judge, Objective};
 
 use super::super::body::Known;
 use super::super::evaluated::Evaluated;
@@ -11,10 +11,11 @@ use super::super::evaluator::WorstCase;
 use super::super::fidelity::Fidelity;
 use super::super::state::{Offered, Tune, Tuning};
 use super::super::tally::Missing;
-use super::super::{Failure, keeps};
+use super::super::{Failure, NOTHING, keeps};
 use super::{Tuner, best};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
+use crate::score;
 
 /// For each world so many curves are tried before some are judged in all worlds: a quarter of the evaluations goes there
 /// (`docs/experiments.md`).
@@ -177,7 +178,7 @@ impl Tuner<'_> {
         }
         let mut half_step = None;
         let nominal = Nominal { value, each: &evaluated.each };
-        if self.can_lose(fitness) && self.is_of_use(nominal) {
+        if self.can_lose(candidate, nominal) && self.is_of_use(nominal) {
             match self.kept(tuning, candidate, nominal, spent) {
                 Ok(half) => half_step = Some(half),
                 Err(counted) => return Ok(counted),
@@ -206,7 +207,7 @@ impl Tuner<'_> {
     ) -> Result<Counted, Failure> {
         let fitness = self.fitness(nominal.value);
         if tuning.highest.is_none_or(|highest| fitness > highest) {
-            if self.can_lose(fitness)
+            if self.can_lose(candidate, nominal)
                 && !self.races()
                 && fitness > self.known.kept
                 && !self.is_covered(nominal)
@@ -333,9 +334,7 @@ impl Tuner<'_> {
             return Ok(Counted::Sound(fitness));
         }
         let mut half_step = None;
-        if self.can_lose(self.fitness(nominal.value))
-            && self.is_of_use(Nominal { value, each: &evaluated.each })
-        {
+        if self.can_lose(candidate, nominal) && self.is_of_use(Nominal { value, each: &evaluated.each }) {
             match self.kept(tuning, candidate, nominal, spent) {
                 Ok(half) => half_step = Some(half),
                 Err(counted) => return Ok(counted),
@@ -343,7 +342,7 @@ impl Tuner<'_> {
         }
         // What is to be the best of the run keeps its value in all worlds, too.
         let found = Nominal { value, each: &evaluated.each };
-        let is_best = fitness > self.known.best && self.can_lose(fitness) && !self.is_covered(found);
+        let is_best = fitness > self.known.best && self.can_lose(candidate, found) && !self.is_covered(found);
         if is_best && let Err(counted) = self.kept_in_worlds(tuning, candidate, found, spent) {
             return Ok(counted);
         }
@@ -375,15 +374,14 @@ impl Tuner<'_> {
         let stop = self.bounds.stop;
         let half = self.evaluator.closely(stop, candidate, Fidelity::HalfStep).ok_or(Counted::Stopped)?;
         *spent += 1;
-        let Some(value) =
-            half.value.as_ref().ok().filter(|_| self.confirms(nominal, &half, Fidelity::HalfStep))
-        else {
+        let is_kept = self.confirms(candidate, nominal, &half, Fidelity::HalfStep);
+        let Some(value) = half.value.as_ref().ok().filter(|_| is_kept) else {
             return Err(self.unstable(tuning, nominal, &half, "in the nominal world"));
         };
         if self.evaluator.has_rods() {
             let rods = self.evaluator.closely(stop, candidate, Fidelity::Rods).ok_or(Counted::Stopped)?;
             *spent += 1;
-            self.kept_with_rods(tuning, nominal, &rods)?;
+            self.kept_with_rods(tuning, candidate, nominal, &rods)?;
         }
         Ok(Nominal { value: *value, each: &half.each }.own())
     }
@@ -416,13 +414,13 @@ impl Tuner<'_> {
         let (stop, worlds) = (self.bounds.stop, self.evaluator.worlds().unwrap_or(0));
         let half = self.evaluator.in_worlds(stop, candidate, Fidelity::HalfStep).ok_or(Counted::Stopped)?;
         *spent += worlds;
-        if !self.confirms(found, &half, Fidelity::HalfStep) {
+        if !self.confirms(candidate, found, &half, Fidelity::HalfStep) {
             return Err(self.unstable(tuning, found, &half, "over all worlds"));
         }
         if self.evaluator.has_rods() {
             let rods = self.evaluator.in_worlds(stop, candidate, Fidelity::Rods).ok_or(Counted::Stopped)?;
             *spent += worlds;
-            self.kept_with_rods(tuning, found, &rods)?;
+            self.kept_with_rods(tuning, candidate, found, &rods)?;
         }
         Ok(())
     }
@@ -431,10 +429,11 @@ impl Tuner<'_> {
     fn kept_with_rods(
         &self,
         tuning: &mut Tuning,
+        candidate: &Parameters,
         found: Nominal<'_>,
         rods: &Evaluated,
     ) -> Result<(), Counted> {
-        if self.confirms(found, rods, Fidelity::Rods) {
+        if self.confirms(candidate, found, rods, Fidelity::Rods) {
             return Ok(());
         }
         tuning.tally.count(Missing::WithRods);
@@ -442,16 +441,25 @@ impl Tuner<'_> {
     }
 
     /// Whether a closer look confirms a value; where a front is searched for, that of every objective.
-    fn confirms(&self, found: Nominal<'_>, closer: &Evaluated, fidelity: Fidelity) -> bool {
+    fn confirms(
+        &self,
+        candidate: &Parameters,
+        found: Nominal<'_>,
+        closer: &Evaluated,
+        fidelity: Fidelity,
+    ) -> bool {
         let rules = self.candidate().rules;
+        let at_rest = self.at_rest(candidate);
         let share = match (fidelity, rules.search.keep_with_rods) {
             (Fidelity::Rods, Some(share)) => share,
             _ => rules.search.keep,
         };
         match &self.evaluator.aim {
-            Some(aim) => aim.keeps(share, found.each, &closer.each),
+            Some(aim) => aim.keeps(share, &at_rest, found.each, &closer.each),
             None => {
-                let keeps = |closer: &f64| keeps(rules, self.task(), share, found.value, *closer);
+                let direction = self.task().objective.direction;
+                let at_rest = at_rest.first().copied().unwrap_or(0.0);
+                let keeps = |closer: &f64| keeps(direction, at_rest, share, found.value, *closer);
                 closer.value.as_ref().is_ok_and(keeps)
             }
         }
@@ -474,9 +482,9 @@ impl Tuner<'_> {
         least = least.max(self.known.kept);
         let mut likely = Vec::new();
         for (candidate, evaluated) in candidates.iter().zip(values) {
-            let fitness = evaluated.value.as_ref().map_or(f64::NEG_INFINITY, |value| self.fitness(*value));
-            let found = Nominal { value: fitness, each: &evaluated.each };
-            if fitness > least && self.can_lose(fitness) && !self.is_covered(found) {
+            let Ok(value) = evaluated.value else { continue };
+            let (fitness, found) = (self.fitness(value), Nominal { value, each: &evaluated.each });
+            if fitness > least && self.can_lose(candidate, found) && !self.is_covered(found) {
                 least = fitness;
                 likely.push(candidate.clone());
             }
@@ -522,13 +530,32 @@ impl Tuner<'_> {
         self.evaluator.aim.as_ref().is_some_and(|aim| aim.is_covered(found.each, &self.known.front))
     }
 
-    /// Whether a best of this fitness could lose something: where more is better, a value that is not positive has
-    /// nothing to lose.
-    fn can_lose(&self, fitness: f64) -> bool {
+    /// Whether a best could lose something: where more is better, a value that is no better than where nothing moves has nothing to
+    /// lose. What nothing drives has something to lose only if it is better than that in any objective.
+    fn can_lose(&self, candidate: &Parameters, found: Nominal<'_>) -> bool {
+        let at_rest = self.at_rest(candidate);
         let objective = &self.task().objective;
-        let nothing = objective.direction.fitness(objective.offset(self.candidate().rules));
-        let has_something = fitness > nothing || self.task().objective.direction == Direction::Minimize;
-        self.is_actuated() && (has_something || self.evaluator.aim.is_some())
+        let gain = |(objective, value, at_rest): (&Objective, f64, f64)| {
+            objective.direction.fitness(value) - objective.direction.fitness(at_rest)
+        };
+        let first = at_rest.first().copied().unwrap_or(0.0);
+        if self.is_actuated() {
+            return gain((objective, found.value, first)) > 0.0
+                || objective.direction == Direction::Minimize
+                || self.evaluator.aim.is_some();
+        }
+        if self.evaluator.aim.is_none() {
+            return gain((objective, found.value, first)) > NOTHING;
+        }
+        let each = self.task().objectives().zip(found.each).zip(&at_rest);
+        each.map(|((objective, value), at_rest)| (objective, *value, *at_rest)).any(|one| gain(one) > NOTHING)
+    }
+
+    /// What each objective is of this body where nothing moves; where that has no value, what is added to it whatever the motion is.
+    fn at_rest(&self, candidate: &Parameters) -> Vec<f64> {
+        let rules = self.candidate().rules;
+        let offsets = || self.task().objectives().map(|objective| objective.offset(rules)).collect();
+        score::at_rest(&self.evaluator.drive, candidate).unwrap_or_else(offsets)
     }
 
     /// Whether anything in the body moves by itself.

@@ -171,11 +171,8 @@ pub fn read_motion(text: &str, assembly: &Assembly, settings: &Settings) -> Resu
     within_speed(&times, &poses, settings.speed_limit)?;
     begins_at_rest(&poses, assembly)?;
     stays_above(&poses, elements)?;
-    let placement = |(body, element): (usize, &Element)| Placement {
-        body,
-        local: Isometry3::identity(),
-        shape: element.shape,
-    };
+    let placement =
+        |(body, element): (usize, &Element)| Placement::new(body, Isometry3::identity(), element.shape);
     Ok(Motion {
         interval,
         duration,

@@ -63,9 +63,9 @@ impl Rod {
             match segments.iter().position(|segment| *segment == element) {
                 Some(place) => {
                     let local = Isometry3::from_parts(Translation3::identity(), piece.local.rotation);
-                    Placement { body: lowered.bodies.len() + place, local, shape }
+                    Placement::new(lowered.bodies.len() + place, local, shape)
                 }
-                None => Placement { body: piece.body, local: piece.local, shape },
+                None => Placement::new(piece.body, piece.local, shape),
             }
         };
         let placements: Arc<[Placement]> = discs.of_element.iter().enumerate().map(placement).collect();

@@ -170,7 +170,9 @@ impl Declarations<'_> {
             // A rule that has an error of its own is declared all the same.
             let program = self.environment.program;
             let declared = program.lookup(name.span, &name.text);
-            if declared.is_some_and(|(_, item)| self.tell_of_always(name, &item.kind)) {
+            if declared.is_some_and(|(_, item)| self.tell_of_always(name, &item.kind))
+                || self.tell_of_unused_rule(name)
+            {
                 return None;
             }
             let broken = declared.is_some_and(|(_, i)| matches!(i.kind, ItemKind::Rule(..)));

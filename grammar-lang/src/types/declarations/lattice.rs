@@ -287,7 +287,7 @@ impl Declarations<'_> {
             let mut cx = Context::new(Stage::Derivation, item.damaged);
             let condition = self.expressions.expect(condition, &mut cx, &Ty::Bool, "what follows `when`");
             let Some(named) = self.named(rule, "rule", |k| matches!(k, ItemKind::Rule(..))) else { continue };
-            if self.tell_of_always(rule, named) {
+            if self.tell_of_always(rule, named) || self.tell_of_unused_rule(rule) {
                 continue;
             }
             // A rule in which something is wrong has been reported.

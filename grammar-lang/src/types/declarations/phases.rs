@@ -58,6 +58,28 @@ impl Declarations<'_> {
         true
     }
 
+    /// Reports a rule that is declared, but of which the grammar knows nothing: it stands beside a variant.
+    pub(super) fn tell_of_unused_rule(&mut self, name: &Name) -> bool {
+        let program = self.environment.program;
+        let declared = program.lookup(name.span, &name.text);
+        let Some((_, item)) = declared
+            .filter(|(place, item)| matches!(item.kind, ItemKind::Rule(..)) && !program.takes_part(*place))
+        else {
+            return false;
+        };
+        self.report(
+            Diagnostic::new(
+                Code::UNKNOWN_NAME,
+                name.span,
+                format!("this grammar has no rule `{}`", name.text),
+            )
+            .label("it takes no part in it")
+            .also(item.span, "declared here, outside of the braces of the variant")
+            .help(format!("write it inside the braces: `add rule {} {{ ... }}`", name.text)),
+        );
+        true
+    }
+
     fn check_only_sets(&mut self, clauses: &[RuleClause], always: Span) {
         for clause in clauses {
             let (word, help) = match &clause.kind {
