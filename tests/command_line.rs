@@ -66,7 +66,7 @@ fn a_run_leaves_its_folder_and_eval_gives_the_same_value() {
     let checks = design["tasks"][0]["checks"].as_array().unwrap();
     let values: std::collections::BTreeSet<_> = checks.iter().map(|c| c["value"].to_string()).collect();
     // Torques that are enough are as good as more.
-    assert!(checks.len() == 12 && values.len() >= 8, "{checks:#?}");
+    assert!(checks.len() == 13 && values.len() >= 8, "{checks:#?}");
     assert_eq!(best(&one), best(&two), "the same design with one thread and with two");
     let output = sgc(&["eval", &one.to_string_lossy()]);
     assert_eq!(code(&output), 0, "{}", errors(&output));

@@ -99,7 +99,7 @@ fn the_budget_is_kept_and_told() {
 }
 
 #[test]
-fn a_body_without_actuators_costs_one_evaluation() {
+fn a_body_without_actuators_costs_one_evaluation_and_one_more_where_it_is_better_than_at_rest() {
     let mut texts = texts();
     let text = texts["grammars/codesign.sgr"]
         .replace("for 20 s", "for 2 s")
@@ -108,7 +108,8 @@ fn a_body_without_actuators_costs_one_evaluation() {
     let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
     let (outcome, log) = search(&rules, 1, 1, 30);
     let bodies = log.iter().filter(|row| row.contains("value: Some")).count();
-    assert_eq!(outcome.evaluations as usize, bodies);
+    let checked = outcome.evaluations as usize - bodies;
+    assert!(checked >= 1 && 4 * checked < bodies, "{checked} of {bodies}");
 }
 
 #[test]

@@ -282,7 +282,7 @@ fn several_runs_are_what_each_is_alone_with_any_number_of_threads() {
     let table = String::from_utf8_lossy(&told.stdout).into_owned();
     let seeds: Vec<&str> = table.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
     assert_eq!(seeds, ["4", "5", "6"], "{table}");
-    assert!(table.contains("of 12") && table.contains("the evaluations are spent"), "{table}");
+    assert!(table.contains("of 13") && table.contains("the evaluations are spent"), "{table}");
     assert_eq!(names(&one), ["runs.toml", "seed-4", "seed-5", "seed-6", "summary.csv"]);
     let summary = |out: &Path| std::fs::read_to_string(out.join("summary.csv")).unwrap();
     assert_eq!(summary(&one).lines().count(), 4, "{}", summary(&one));

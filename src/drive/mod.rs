@@ -472,31 +472,11 @@ impl<'r> Drive<'r> {
             let late = conditions.late(column);
             let times = (0..samples).map(|sample| (sample as f64 * model.control - late).max(0.0));
             let bends = self.bends(driven, parameters, times)?;
-            self.check_strains(driven, &bends)?;
             for (row, bend) in angles.chunks_exact_mut(count).zip(bends) {
                 row[column] = bend;
             }
         }
         Ok(Targets { interval: model.control, actuators: count, angles })
-    }
-
-    /// That a cell is left with some of its size.
-    fn check_strains(&self, driven: &Driven, strains: &[f64]) -> Result<(), EvalError> {
-        let is_cell = self.kind_of(driven).is_some_and(|kind| self.candidate.rules.is_cell(kind));
-        let least = strains.iter().copied().fold(0.0, f64::min);
-        let Some((_, actuation)) =
-            self.actuations.get(driven.actuation).filter(|_| is_cell && least < LEAST_STRAIN)
-        else {
-            return Ok(());
-        };
-        Err(EvalError {
-            span: actuation.drive.span,
-            reason: format!(
-                "a strain of {:.0} % leaves nothing of a cell: keep it at {:.0} % or above",
-                least * 100.0,
-                LEAST_STRAIN * 100.0
-            ),
-        })
     }
 
     fn kind_of(&self, driven: &Driven) -> Option<&str> {
