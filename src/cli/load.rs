@@ -230,7 +230,17 @@ pub(super) fn grammar_or(
     wanted: Option<&str>,
     of_module: &str,
 ) -> Result<(RuleSet, SourceMap), Fault> {
-    let text = read(path)?;
+    grammar_of(&read(path)?, overrides, wanted, of_module)
+}
+
+/// The same of a text that has been read.
+pub(super) fn grammar_of(
+    text: &Text,
+    overrides: &[(String, String)],
+    wanted: Option<&str>,
+    of_module: &str,
+) -> Result<(RuleSet, SourceMap), Fault> {
+    let path = &text.path;
     let checked = check(&Files, &text.name, &text.text, overrides, wanted);
     if !checked.diagnostics.is_empty() {
         let text = render(&checked.diagnostics, &checked.sources, Format::Full, output::colour_err());

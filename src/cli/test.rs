@@ -63,13 +63,17 @@ impl Test {
 
     /// Tests the grammar of a file and each of its variants.
     fn file(&self, file: &Path, tally: &mut Tally) -> Result<(), Fault> {
+        // A pipe is read once.
+        let text = load::read(file)?;
         let offers = match &self.variant {
             Some(variant) => vec![variant.clone()],
             None => {
-                let text = load::read(file)?;
                 let checked = load::check(&Files, &text.name, &text.text, &self.params, None);
                 if !checked.is_grammar && !checked.diagnostics.iter().any(Diagnostic::is_error) {
-                    output::note(&format!("{}: a module, which has no examples of its own", file.display()));
+                    output::note(&format!(
+                        "{}: a module; examples are those of a grammar (`grammar NAME`)",
+                        file.display()
+                    ));
                     return Ok(());
                 }
                 checked.offers
@@ -81,7 +85,8 @@ impl Test {
         let mut any = false;
         let mut left_out = 0;
         for wanted in wanted {
-            let (rules, sources) = load::grammar(file, &self.params, wanted)?;
+            let (rules, sources) =
+                load::grammar_of(&text, &self.params, wanted, ", so there is nothing to test")?;
             left_out += rules.examples.len();
             tally.there += rules.examples.len();
             let named = |name: &str| self.only.as_ref().is_none_or(|text| name.contains(text));

@@ -12,6 +12,9 @@ use super::choosing::domain_of;
 use super::{Blocked, Derivation, DesignScope};
 use crate::design::{PartId, step_of};
 
+/// What names no step.
+const NO_STEP: u64 = u64::MAX;
+
 /// Derives an example and checks what it expects.
 ///
 /// # Errors
@@ -56,7 +59,9 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                         }
                     })?;
                 let (step, made) = step;
-                let step_id = step.steps.last().map_or(0, |s| s.id);
+                // One that takes steps back is no step itself.
+                let is_new = |id: &u64| derivation.steps.iter().all(|before| before.id != *id);
+                let step_id = step.steps.last().map(|s| s.id).filter(is_new).unwrap_or(NO_STEP);
                 derivation = step;
                 let product = derivation.design.parts.keys().find(|p| step_of(**p) == step_id);
                 locals.push(Value::Reference(Reference::Step(step_id)));

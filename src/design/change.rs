@@ -357,7 +357,7 @@ fn is_within(name: &str, (ty, domain): (&Ty, Option<(f64, f64)>), value: &Value)
     let bad = |why: String| Refusal::BadParameter { name: name.to_owned(), why };
     let shown = |x: f64| units::shown(x, ty.dimension().unwrap_or_default());
     match (domain, value) {
-        (Some((low, high)), Value::Number(x)) if *x < low || *x > high => {
+        (Some((low, high)), Value::Number(x)) if !grammar_lang::eval::order::is_within(low, *x, high) => {
             Err(bad(format!("{} is not within {} .. {}", shown(*x), shown(low), shown(high))))
         }
         (_, Value::Number(x)) if x.abs() > units::LARGEST => Err(bad(format!("{} is too large", shown(*x)))),

@@ -1,7 +1,7 @@
 //! The gait of a saved design as what a board plays, compared with what was simulated.
 
 use grammar_lang::eval::{BodyValues, EvalError, Made, MadeActuator, Unmade};
-use grammar_lang::ir::{JointKind, RuleSet, Target, Task};
+use grammar_lang::ir::{ExprKind, JointKind, Kind, RuleSet, Target, Task};
 use thiserror::Error;
 
 use super::DesignError;
@@ -49,6 +49,18 @@ pub enum NoGait {
     /// With the ranges and speeds of the other grammar, an actuator of the design makes no sense.
     #[error("under the other grammar the design has an actuator that cannot be: {0}")]
     Unmade(#[from] Unmade),
+    /// How its actuators move under the other grammar depends on its steps, and that grammar cannot make them.
+    #[error(
+        "how fast or how far a `{kind}` moves depends on what rules set there (`{field}` reads it), and the other grammar cannot make this design: {why}"
+    )]
+    OtherSteps {
+        /// The kind of the actuators.
+        kind: String,
+        /// The field.
+        field: String,
+        /// Why.
+        why: String,
+    },
     /// It has several, and none was named.
     #[error("which target? say --target with one of: {}", there.join(", "))]
     WhichTarget {
@@ -131,7 +143,7 @@ pub fn gait(
     let played = on_target(rules, of, &saved.name, &name);
     let mut under = candidate.under(&played)?;
     if let Some(of) = of {
-        under = under.moving_as(of, &values_under(of, design, candidate.design()))?;
+        under = under.moving_as(of, &values_under(of, design, candidate.design())?)?;
     }
     let (drive, _) = replay::drive_of(&under, saved)?;
     let Some(target) = played.targets.get(&name) else {
@@ -225,14 +237,28 @@ fn simulated_on<'r>(rules: &'r RuleSet, task: &'r Task, kind: &str) -> Option<&'
     rules.targets_of(task).find_map(|(_, target)| (target.kind == kind).then_some(target))
 }
 
-/// What parameters that rules set are of a design under other rules: as its steps set them there. Where these cannot make it, each that a
-/// rule has set in the design stays as it is.
-fn values_under(of: &RuleSet, saved: &SavedDesign, design: &Design) -> BodyValues {
-    match replay::candidate(of, saved) {
-        Ok(there) => there.design().values.clone(),
-        Err(_) => design.values.clone(),
+/// What parameters that rules set are of a design under other rules: as its steps set them there. Where these cannot make it, nobody knows
+/// how actuators move that read one.
+fn values_under(of: &RuleSet, saved: &SavedDesign, design: &Design) -> Result<BodyValues, NoGait> {
+    let there = match replay::candidate(of, saved) {
+        Ok(there) => return Ok(there.design().values.clone()),
+        Err(why) => why,
+    };
+    let read = |kind: &str| {
+        let kind = of.actuators.get(kind).map(Kind::Actuator);
+        let fields = kind.into_iter().flat_map(Kind::varying);
+        fields.filter(|(name, _)| MOTION.contains(name)).find_map(|(name, field)| {
+            field.any(&mut |e| matches!(e.kind, ExprKind::OfBody(_))).then(|| name.to_owned())
+        })
+    };
+    match design.parts.values().find_map(|part| Some((part.kind.clone(), read(&part.kind)?))) {
+        Some((kind, field)) => Err(NoGait::OtherSteps { kind, field, why: there.to_string() }),
+        None => Ok(BodyValues::new()),
     }
 }
+
+/// The fields of actuators that are taken from another grammar.
+const MOTION: [&str; 5] = ["bend", "range", "speed", "bending_speed", "relaxing_speed"];
 
 /// The rules of a design with the targets of others; the task is on the target.
 fn on_target(rules: &RuleSet, of: Option<&RuleSet>, task: &str, target: &str) -> RuleSet {

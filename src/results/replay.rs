@@ -284,12 +284,23 @@ impl<'r> Driven<'r> {
             .collect();
         let driven = driven?;
         let cases: Vec<Case<'_>> = driven.iter().map(|(law, world)| law.case(world)).collect();
+        self.run(solver, stop, &cases)
+    }
+
+    /// The motions of some cases, side by side.
+    fn run(
+        &self,
+        solver: &str,
+        stop: Stop<'_>,
+        cases: &[Case<'_>],
+    ) -> Result<Vec<Result<Motion, Invalid>>, DesignError> {
+        let body = &self.drive.candidate().body;
         let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
         let mut first = model.prepare(&body.assembly, &self.settings)?;
         let lanes = first.lanes();
         let cut = || DesignError::Stopped("the simulation was complete");
         if cases.len() <= lanes {
-            return first.run_cases(stop, &cases).ok_or_else(cut);
+            return first.run_cases(stop, cases).ok_or_else(cut);
         }
         let rows = cases.par_chunks(lanes).map(|row| {
             let mut simulation = model.prepare(&body.assembly, &self.settings)?;
@@ -307,14 +318,21 @@ impl<'r> Driven<'r> {
         self.motion_in(&Scenario::nominal(), solver, stop)
     }
 
-    /// The motion in the nominal world with all actuators held where they begin.
-    pub(super) fn held(&self, solver: &str, stop: Stop<'_>) -> Result<Result<Motion, Invalid>, DesignError> {
+    /// The motion in the nominal world with all actuators held where they begin, and those in the other worlds that the value of the task
+    /// depends on.
+    pub(super) fn held(
+        &self,
+        solver: &str,
+        stop: Stop<'_>,
+    ) -> Result<(Motion, Vec<(Scenario, Motion)>), DesignError> {
         let law = ControlLaw::holding(&self.drive);
-        let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
-        let mut simulation = model.prepare(&self.drive.candidate().body.assembly, &self.settings)?;
-        let motions = simulation.run_cases(stop, &[law.case(&World::NOMINAL)]);
-        let motions = motions.ok_or(DesignError::Stopped("the simulation was complete"))?;
-        Ok(motions.into_iter().next().unwrap_or(Err(Invalid::NotFinite)))
+        let scenarios = self.worlds();
+        let worlds: Vec<World> = scenarios.iter().map(Scenario::world).collect();
+        let cases: Vec<Case<'_>> = worlds.iter().map(|world| law.case(world)).collect();
+        let motions = self.run(solver, stop, &cases)?.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let mut motions = scenarios.into_iter().zip(motions);
+        let (_, nominal) = motions.next().ok_or(Invalid::NotFinite)?;
+        Ok((nominal, motions.collect()))
     }
 
     /// The motion in one world.

@@ -10,7 +10,7 @@ use super::replay::{Driven, How, Precision, candidate, replay_task};
 use super::saved::{Check, InWorld, Measured, SavedDesign, SavedTask};
 use crate::derive::Candidate;
 use crate::scenarios::{self, Scenario};
-use crate::score;
+use crate::score::{self, Recording};
 use crate::search::{NOTHING, keeps};
 use crate::simulate::{Invalid, SolverName, Stop, rod};
 
@@ -169,14 +169,31 @@ fn on_ice(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Check {
     }
 }
 
-/// What the task is worth with all actuators held where they begin; nothing where the body has none.
+/// What the task is worth with all actuators held where they begin, over all worlds that its value depends on.
 fn held(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Option<Check> {
-    let value = || -> Result<f64, DesignError> {
+    let value = || -> Result<(f64, f64), DesignError> {
         let driven = Driven::new(candidate, saved, how.precision)?;
-        let motion = driven.held(how.solver, how.stop)??;
-        Ok(score::objective(driven.recording(&motion, Some(&Scenario::nominal())))?)
+        let (motion, elsewhere) = driven.held(how.solver, how.stop)?;
+        let everywhere = Recording { elsewhere: &elsewhere, ..driven.recording(&motion, None) };
+        Ok((score::objective(everywhere)?, motion.work.iter().sum()))
     };
-    (!candidate.body.actuators.is_empty()).then(|| Check::new(HELD, Measured::Held, value()))
+    let found = value();
+    // What hardly moves and hardly works has no ratio of the two.
+    let direction = candidate.rules.tasks.get(&saved.name).map(|task| task.objective.direction)?;
+    if let Ok((value, work)) = &found
+        && *work < NO_WORK
+        && !candidate.body.actuators.is_empty()
+        && direction.fitness(*value) > direction.fitness(saved.value) + NOTHING
+    {
+        let why = format!("no second opinion: it comes to {value:.4}, with next to no work");
+        return Some(Check {
+            name: HELD.to_owned(),
+            value: None,
+            measured: Measured::Unable,
+            why: Some(why),
+        });
+    }
+    Some(Check::new(HELD, Measured::Held, found.map(|(value, _)| value)))
 }
 
 /// The value over all worlds that it depends on, at an eighth of the step; nothing where it is that of the nominal world.
@@ -297,7 +314,8 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
         Some(share) if check.name == RODS => share,
         _ => rules.search.keep,
     };
-    let (direction, worlds) = (task.objective.direction, check.measured == Measured::InWorlds);
+    let direction = task.objective.direction;
+    let worlds = matches!(check.measured, Measured::InWorlds | Measured::Held);
     let value = if worlds { saved.value } else { saved.in_nominal() };
     let at_rest = saved.at_rest.unwrap_or_else(|| task.objective.offset(rules));
     match check.measured {
@@ -354,6 +372,7 @@ pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: 
             let why = check.why.as_deref().unwrap_or("they cannot hold the joints of this body");
             format!("no second opinion: {why}")
         }
+        (_, Measured::Unable) if check.name == HELD => check.why.clone().unwrap_or_default(),
         (_, Measured::Unable) => "no second opinion: it cannot hold the joints of this body".to_owned(),
         (depth, Measured::Sunk) => {
             let depth = describe::quantity(1000.0 * depth.unwrap_or(0.0), "mm");

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use grammar_lang::Compiled;
 use grammar_lang::diagnostics::{Code, Diagnostic};
-use grammar_lang::ir::{RuleSet, Task};
+use grammar_lang::eval::evaluate_result;
+use grammar_lang::ir::{Expr, ExprKind, Gather, Operator, RuleSet, Task};
 use grammar_lang::source::{FileId, SourceMap};
 use grammar_lang::units::shown;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::{Recording, objective, objectives};
+use super::{MotionScope, Recording, objective};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation};
 use crate::design::assembly::Element;
@@ -86,8 +87,39 @@ fn check_still(rules: &RuleSet) -> Vec<Diagnostic> {
 #[must_use]
 pub fn at_rest(drive: &Drive<'_>, parameters: &[f64]) -> Option<Vec<f64>> {
     let motion = made_up(drive.candidate(), drive.task(), Tried::Still, 0.0);
-    let values = objectives(Recording::nominal(drive, parameters, &motion)).ok()?;
+    let scope = MotionScope::new(Recording::nominal(drive, parameters, &motion)).ok()?;
+    let values: Vec<f64> =
+        drive.task().objectives().map(|objective| resting(&objective.value, &scope).unwrap_or(0.0)).collect();
     values.iter().all(|value| value.is_finite()).then_some(values)
+}
+
+/// What an expression is where nothing moves. Of a sum with a part that has no value there, such as a distance by an energy of zero, it is
+/// what the other parts come to.
+fn resting(value: &Expr, scope: &MotionScope<'_>) -> Option<f64> {
+    let whole = evaluate_result(value, scope).ok().and_then(|value| value.as_number());
+    if let Some(whole) = whole.filter(|whole| whole.is_finite()) {
+        return Some(whole);
+    }
+    let of = |e: &Expr| resting(e, scope);
+    match &value.kind {
+        ExprKind::Negate(x) => of(x).map(|x| -x),
+        ExprKind::Convert(x, unit) => of(x).map(|x| x / unit),
+        ExprKind::Binary(a, operator @ (Operator::Add | Operator::Subtract), b) => {
+            let sign = if *operator == Operator::Add { 1.0 } else { -1.0 };
+            let (a, b) = (of(a), of(b));
+            (a.is_some() || b.is_some()).then(|| a.unwrap_or(0.0) + sign * b.unwrap_or(0.0))
+        }
+        ExprKind::Binary(a, Operator::Multiply, b) => Some(of(a)? * of(b)?),
+        ExprKind::Binary(a, Operator::Divide, b) => Some(of(a)? / of(b)?).filter(|x| x.is_finite()),
+        ExprKind::Aggregate {
+            how: Gather::Min | Gather::Max | Gather::Mean | Gather::Quantile,
+            body: Some(body),
+            ..
+        } => of(body),
+        ExprKind::Bind { body, .. } => of(body),
+        ExprKind::Term(name) => of(&scope.recording.drive.candidate().rules.terms.get(name)?.value),
+        _ => None,
+    }
 }
 
 fn best_still<'r>(candidate: &Candidate<'r>, task: &'r Task) -> Option<Diagnostic> {
@@ -126,6 +158,9 @@ fn made_up(candidate: &Candidate<'_>, task: &Task, tried: Tried, work: f64) -> M
     let body = &candidate.body;
     let (duration, elements) = (task.model.duration, &body.assembly.elements);
     let interval = task.model.record.max(duration / FRAMES);
+    // As a motion begins: its lowest point is on the ground.
+    let lowest = elements.iter().map(|element| element.shape.lowest(&element.pose)).reduce(f64::min);
+    let set_down = Translation3::new(0.0, -lowest.unwrap_or(0.0), 0.0);
     let frames = libm::ceil(duration / interval - 1e-9) as usize + 1;
     let actuators = body.actuators.len();
     let mut poses = Vec::with_capacity(frames * elements.len());
@@ -146,7 +181,7 @@ fn made_up(candidate: &Candidate<'_>, task: &Task, tried: Tried, work: f64) -> M
                     Translation3::from(Vector3::new(x, y.abs(), z) * WAY * swing).into()
                 }
             };
-            poses.push(moved * element.pose);
+            poses.push(set_down * moved * element.pose);
         }
         let bend = if let Tried::Wobbles = tried { TURN * swing } else { 0.0 };
         bends.extend(std::iter::repeat_n(bend, actuators));

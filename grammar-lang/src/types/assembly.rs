@@ -10,7 +10,7 @@ use super::declarations::{Declarations, Named};
 use super::environment::Environment;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, RuleSet};
-use crate::names::{Declaration, LoadedModule, declared};
+use crate::names::{Declaration, LoadedModule, Program, declared};
 use crate::source::Span;
 use crate::syntax::ast::{Item, ItemKind, Name};
 use crate::syntax::declarations::{BlockKind, Counts};
@@ -211,6 +211,9 @@ impl<'a> Assembly<'a> {
                     _ => {}
                 }
             }
+        }
+        if program.is_only_variant() {
+            beside_in_modules(program, &mut beside);
         }
         let imports =
             program.modules.first().into_iter().flat_map(|m| &m.tree.items).filter_map(|i| match &i.kind {
@@ -484,4 +487,29 @@ fn takes_part_only(kind: &ItemKind) -> bool {
             | ItemKind::Actuate(..)
             | ItemKind::Simulate { .. }
     )
+}
+
+/// Rules, requirements and preferences of modules that a text with variants only imports as a whole: at the import.
+fn beside_in_modules<'p>(program: &'p Program, beside: &mut Vec<(Span, &'p str)>) {
+    let whole = program.modules.first().into_iter().flat_map(|m| &m.tree.items).filter_map(|item| {
+        let ItemKind::Use { module, names: None } = &item.kind else { return None };
+        Some((module.span, module.text.trim_start_matches("./")))
+    });
+    for (place, name) in whole {
+        let module = program
+            .modules
+            .iter()
+            .position(|m| m.name.trim_end_matches(".sgr").ends_with(name.trim_end_matches(".sgr")));
+        let Some((module, loaded)) = module.and_then(|at| Some((at, program.modules.get(at)?))) else {
+            continue;
+        };
+        let lost = loaded.tree.items.iter().enumerate().find(|(item, it)| {
+            let counts =
+                matches!(it.kind, ItemKind::Rule(..) | ItemKind::Require { .. } | ItemKind::Prefer { .. });
+            counts && !program.takes_part(Declaration { module, item: *item })
+        });
+        if let Some((_, item)) = lost {
+            beside.push((place, item.kind.word()));
+        }
+    }
 }

@@ -445,7 +445,9 @@ impl Declarations<'_> {
             return None;
         }
         let outside = items.into_iter().find(|item| {
-            self.expressions.quiet_number(item).is_some_and(|x| *ty != Ty::Bool && (x < low || x > high))
+            self.expressions
+                .quiet_number(item)
+                .is_some_and(|x| *ty != Ty::Bool && !crate::eval::order::is_within(low, x, high))
         });
         if let Some(outside) = outside {
             self.report(

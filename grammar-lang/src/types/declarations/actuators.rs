@@ -262,7 +262,7 @@ impl Declarations<'_> {
             }
             if let (Some((low, high)), Some(value)) =
                 (domain, default.as_ref().and_then(|d| self.expressions.quiet_number(d)))
-                && (value < low || value > high)
+                && !crate::eval::order::is_within(low, value, high)
             {
                 self.report(
                     Diagnostic::new(
