@@ -3,6 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use grammar_lang::ir::RuleSet;
+use sgc::derive::random::Stream;
+use sgc::derive::{Candidate, Derivation};
+use sgc::drive::Drive;
 use sgc::loader::Frozen;
 use sgc::results::robustness::{self, Verdict};
 use sgc::results::saved::{Check, Measured, SavedTask};
@@ -314,5 +317,34 @@ fn work_that_is_gone_at_half_the_step_is_in_doubt() {
         let told = said(&run);
         let line = told.lines().find(|line| line.contains("with half the step (energy)")).unwrap_or(&told);
         assert_eq!(line.contains("energy and work are in doubt"), doubtful, "{mass}: {told}");
+    }
+}
+
+/// What objectives are of a body that does not move: it stands on the ground, and what has no value there is left out.
+#[test]
+fn a_body_at_rest_stands_on_the_ground() {
+    let at_rest = |objective: &str| {
+        let mut texts = texts();
+        let text = codesign().replace("travel - fall in cm", &format!("{objective} in cm"));
+        let text =
+            text.replace("use std.objectives { travel, fall", "use std.objectives { travel, energy, fall");
+        texts.insert("grammars/codesign.sgr".into(), text);
+        let rules = crate::support::compile_texts(&texts, "grammars/codesign.sgr").unwrap();
+        let candidate = Candidate::new(&rules, std::sync::Arc::new(Derivation::begin(&rules)));
+        let drive = Drive::new(&candidate, rules.first_task().unwrap()).unwrap();
+        let parameters = drive.draw(&mut Stream::named(1, "rest"));
+        sgc::score::at_rest(&drive, &parameters).unwrap()[0]
+    };
+    // The first body is a cube of 2.5 cm.
+    for (objective, value) in [
+        ("travel - fall + 20 cm * count(part)", 20.0),
+        ("travel + first(elements).lowest at end", 0.0),
+        ("travel + height(first(elements).position at start)", 1.25),
+        ("1 cm * (sum over e in elements of e.touching / (1 s))", 20.0),
+        ("1 cm * (travel / energy / (1 m / 1 J) + 5.0 * count(part))", 5.0),
+        ("if energy > 0 J then travel else 3 cm", 3.0),
+    ] {
+        let found = at_rest(objective);
+        assert!((found - value).abs() < 1e-9, "{objective}: {found}");
     }
 }

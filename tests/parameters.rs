@@ -316,3 +316,37 @@ fn a_design_is_not_read_with_other_values_of_an_enumeration() {
         assert_eq!(said.contains("by their place"), code == 1, "{arguments:?}: {said}");
     }
 }
+
+/// What differs from the end of a domain by rounding only lies within it.
+#[test]
+fn a_domain_holds_what_is_its_end_but_for_rounding() {
+    let rules = compiled(
+        "grammar feet
+        use std.blocks     { cube }
+        use std.actuators  { bender }
+        use std.actuation  { bezier_pac }
+        use std.objectives { travel }
+        use std.models     { hinge_model }
+        use std.search     { nested_annealing }
+        part foot {
+          shape = box(1 cm, 1 cm, 1 cm)  density = 1 g/cm^3  friction = 0.8
+          param share : Number in 0 % .. 30 % = 0 %
+        }
+        begin {
+          place core : cube
+          place leg : bender(segments = 3) to core.left
+        }
+        rule add {
+          match  p : cube with free port q
+          choose k in 1 .. 3
+          attach foot(share = k * 10 %) to q
+        }
+        actuate bender with bezier_pac
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search nested_annealing
+        example third { step a = add(p = core, q = core.right, k = 3)  expect a.share == 30 % }",
+    );
+    let third = sgc::derive::run_example(&rules, "third", &rules.examples["third"]);
+    assert!(third.is_ok(), "{:?}", third.map(|_| ()));
+}
