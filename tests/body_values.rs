@@ -312,10 +312,9 @@ fn a_beginning_names_what_was_given() {
 /// What takes a step back is no step itself: to take it back in turn does not take back another one.
 #[test]
 fn a_step_that_takes_one_back_names_no_step() {
-    let undo = "rule undo {\n  match  s : step\n  revert s\n}";
     let steps =
-        "step a = add_leg(p = core.site[0])\nstep b = add_leg(p = core.site[1])\nstep c = undo(s = b)";
-    plate(&format!("{steps}\nexpect count(leg) == 2"), undo).unwrap();
-    let told = plate(&format!("{steps}\nstep d = undo(s = c)"), undo).unwrap_err();
+        "step a = add_leg(p = core.site[0])\nstep b = add_leg(p = core.site[1])\nstep c = undo(done = b)";
+    plate(&format!("{steps}\nexpect count(leg) == 2"), "").unwrap();
+    let told = plate(&format!("{steps}\nstep d = undo(done = c)"), "").unwrap_err();
     assert!(told.contains("cannot be done") || told.contains("not there"), "{told}");
 }

@@ -325,7 +325,7 @@ fn work_that_is_gone_at_half_the_step_is_in_doubt() {
 fn a_body_at_rest_stands_on_the_ground() {
     let at_rest = |objective: &str| {
         let mut texts = texts();
-        let text = codesign().replace("travel - fall in cm", &format!("{objective} in cm"));
+        let text = codesign().replace("travel - fall in cm", &format!("({objective}) in cm"));
         let text =
             text.replace("use std.objectives { travel, fall", "use std.objectives { travel, energy, fall");
         texts.insert("grammars/codesign.sgr".into(), text);

@@ -122,7 +122,10 @@ impl<'a> Assembly<'a> {
             |is_it: fn(&ItemKind) -> bool| items.iter().map(|(_, item)| *item).find(|item| is_it(&item.kind));
         let begin = find(|kind| matches!(kind, ItemKind::Begin(..)));
         let objective = find(|kind| matches!(kind, ItemKind::Objective { .. }));
-        let (Some(item), Some(_)) = (begin, objective) else { return };
+        let (Some(item), Some(_)) = (begin, objective) else {
+            self.examples_of_module(items);
+            return;
+        };
         let is_module =
             self.environment.program.modules.first().is_none_or(|m| crate::names::offers(&m.tree).is_empty());
         let errors = &self.declarations.expressions.errors;
@@ -140,6 +143,18 @@ impl<'a> Assembly<'a> {
             .label("a module for others to import has none")
             .help("write `grammar NAME` above all other declarations"),
         );
+    }
+
+    /// Warns of examples of a text that is no grammar: they are never run.
+    fn examples_of_module(&mut self, items: &[(Declaration, &Item)]) {
+        for (_, item) in items.iter().filter(|(declaration, _)| declaration.module == 0) {
+            let ItemKind::Example(name, _) = &item.kind else { continue };
+            self.report(
+                Diagnostic::new(Code::UNUSED, name.span, format!("the example `{}` is never run", name.text))
+                    .label("this text is no grammar: it has no `grammar NAME`")
+                    .help("move it into a grammar that uses this module, or write `grammar NAME` above all other declarations"),
+            );
+        }
     }
 
     /// The example that the search starts from.
@@ -177,7 +192,7 @@ impl<'a> Assembly<'a> {
         let program = self.environment.program;
         let mut there = Vec::new();
         let mut idle: Vec<(Span, String)> = Vec::new();
-        let mut beside: Vec<(Span, &str)> = Vec::new();
+        let mut beside: Vec<(Span, &str, &str)> = Vec::new();
         let used =
             |d: &Declaration, c: &Self| c.declarations.expressions.touched.contains(d) || rest.contains(d);
         for (declaration, item) in items.iter().filter(|(d, _)| d.module == 0) {
@@ -206,7 +221,7 @@ impl<'a> Assembly<'a> {
                         let word = item.kind.word();
                         let place = Span { end: item.span.start + word.len() as u32, ..item.span };
                         there.push(place);
-                        beside.push((place, word));
+                        beside.push((place, word, "this"));
                     }
                     _ => {}
                 }
@@ -237,8 +252,8 @@ impl<'a> Assembly<'a> {
             Diagnostic::new(Code::UNUSED, place, message).label("not used").help("use it, or take it out")
         });
         let mut unused: Vec<Diagnostic> = unused.collect();
-        unused.extend(beside.into_iter().map(|(place, word)| {
-            Diagnostic::new(Code::UNUSED, place, format!("this `{word}` takes no part in the variant"))
+        unused.extend(beside.into_iter().map(|(place, word, which)| {
+            Diagnostic::new(Code::UNUSED, place, format!("{which} `{word}` takes no part in the variant"))
                 .label("outside of its braces")
                 .help(format!(
                     "write it inside the braces: `add {word} ...`, or `replace {word} ...` for what the base has"
@@ -490,7 +505,7 @@ fn takes_part_only(kind: &ItemKind) -> bool {
 }
 
 /// Rules, requirements and preferences of modules that a text with variants only imports as a whole: at the import.
-fn beside_in_modules<'p>(program: &'p Program, beside: &mut Vec<(Span, &'p str)>) {
+fn beside_in_modules<'p>(program: &'p Program, beside: &mut Vec<(Span, &'p str, &'p str)>) {
     let whole = program.modules.first().into_iter().flat_map(|m| &m.tree.items).filter_map(|item| {
         let ItemKind::Use { module, names: None } = &item.kind else { return None };
         Some((module.span, module.text.trim_start_matches("./")))
@@ -509,7 +524,7 @@ fn beside_in_modules<'p>(program: &'p Program, beside: &mut Vec<(Span, &'p str)>
             counts && !program.takes_part(Declaration { module, item: *item })
         });
         if let Some((_, item)) = lost {
-            beside.push((place, item.kind.word()));
+            beside.push((place, item.kind.word(), "of this module, a"));
         }
     }
 }
