@@ -83,7 +83,7 @@ fn check_still(rules: &RuleSet) -> Vec<Diagnostic> {
 }
 
 /// What each objective of a task is of a body that stands as it begins and does not move: what a motion is worth lies beyond that.
-/// Nothing where one of them has no value.
+/// What has no value there is 0. Nothing where the motion cannot be scored at all, or a value is not finite.
 #[must_use]
 pub fn at_rest(drive: &Drive<'_>, parameters: &[f64]) -> Option<Vec<f64>> {
     let motion = made_up(drive.candidate(), drive.task(), Tried::Still, 0.0);

@@ -508,13 +508,16 @@ fn takes_part_only(kind: &ItemKind) -> bool {
 fn beside_in_modules<'p>(program: &'p Program, beside: &mut Vec<(Span, &'p str, &'p str)>) {
     let whole = program.modules.first().into_iter().flat_map(|m| &m.tree.items).filter_map(|item| {
         let ItemKind::Use { module, names: None } = &item.kind else { return None };
-        Some((module.span, module.text.trim_start_matches("./")))
+        let path = module.text.rsplit("./").next().unwrap_or_default();
+        Some((module.span, path.trim_end_matches(".sgr")))
     });
     for (place, name) in whole {
-        let module = program
-            .modules
-            .iter()
-            .position(|m| m.name.trim_end_matches(".sgr").ends_with(name.trim_end_matches(".sgr")));
+        // Another file whose name only ends like this one's is another module.
+        let is_it = |m: &LoadedModule| {
+            let before = m.name.trim_end_matches(".sgr").strip_suffix(name);
+            before.is_some_and(|before| before.is_empty() || before.ends_with(['/', '\\']))
+        };
+        let module = program.modules.iter().position(is_it);
         let Some((module, loaded)) = module.and_then(|at| Some((at, program.modules.get(at)?))) else {
             continue;
         };
