@@ -7,8 +7,8 @@ use sgc::derive::random::Stream;
 use sgc::derive::{Candidate, Derivation};
 use sgc::drive::Drive;
 use sgc::loader::Frozen;
-use sgc::results::robustness::{self, Verdict};
 use sgc::results::saved::{Check, Measured, SavedTask};
+use sgc::results::verdict::{self, Verdict};
 
 use crate::support::{codesign, grammar, root, said, sgc, texts};
 
@@ -183,11 +183,7 @@ fn checks_doubt_in_both_directions() {
         drive: Vec::new(),
     };
     let verdict = |value, measured| {
-        robustness::verdict(
-            &rules,
-            &saved,
-            &Check { name: "elsewhere".to_owned(), value, measured, why: None },
-        )
+        verdict::verdict(&rules, &saved, &Check { name: "elsewhere".to_owned(), value, measured, why: None })
     };
     // What keeps 80 % confirms; and what the value is 80 % of.
     for (value, expected) in [
@@ -216,7 +212,7 @@ fn checks_doubt_in_both_directions() {
     let standing = SavedTask { at_rest: Some(6.0), ..saved.clone() };
     let verdict = |value, measured| {
         let check = Check { name: "elsewhere".to_owned(), value: Some(value), measured, why: None };
-        robustness::verdict(&rules, &standing, &check)
+        verdict::verdict(&rules, &standing, &check)
     };
     assert_eq!(verdict(9.3, Measured::Value), Verdict::Confirmed);
     assert_eq!(verdict(9.1, Measured::Value), Verdict::Worse);
@@ -225,8 +221,8 @@ fn checks_doubt_in_both_directions() {
     // A value over worlds is compared with one over worlds.
     let everywhere = SavedTask { nominal: Some(20.0), ..saved.clone() };
     let check = |measured| Check { name: "elsewhere".to_owned(), value: Some(10.0), measured, why: None };
-    assert_eq!(robustness::verdict(&rules, &everywhere, &check(Measured::InWorlds)), Verdict::Confirmed);
-    assert_eq!(robustness::verdict(&rules, &everywhere, &check(Measured::Value)), Verdict::Worse);
+    assert_eq!(verdict::verdict(&rules, &everywhere, &check(Measured::InWorlds)), Verdict::Confirmed);
+    assert_eq!(verdict::verdict(&rules, &everywhere, &check(Measured::Value)), Verdict::Worse);
 }
 
 /// The rotation of an element is that of its part: x is forward, also of a disk, whose own axis stands upright.

@@ -4,7 +4,8 @@ use grammar_lang::ir::RuleSet;
 use sgc::results::elsewhere::{Tested, judge, tested};
 use sgc::results::replay::{How, Precision, replay};
 use sgc::results::robustness::final_check;
-use sgc::results::saved::{Grammar, SavedDesign};
+use sgc::results::saved::{CheckOfAll, Grammar, Measured, SavedDesign};
+use sgc::results::verdict::{Verdict, kept, silent, verdict_of_all};
 use sgc::results::{genuine, saving, summary};
 use sgc::scenarios;
 use sgc::search::{Best, State, Tune};
@@ -259,6 +260,50 @@ fn several_tasks_are_told_together_over_the_worlds_of_the_test() {
     };
     let expected = mean(0) + 0.2 * mean(1) - lost;
     assert!(mean(1) > 0.01 && (together.mean.unwrap() - expected).abs() < 1e-9, "{together:?} {expected}");
+}
+
+/// Each task may keep its share of a value, and their difference next to nothing.
+#[test]
+fn what_tasks_come_to_together_is_checked_beside_each_of_them() {
+    let rules = robust(
+        "task ahead { maximize min over w in workshop of travel in cm }\n\
+         task near { maximize min over w in workshop of travel in mm }\n\
+         maximize 10 * ahead.value - 9 * near.value + 3 cm in cm",
+        &annealed("every"),
+    );
+    let design = saved(&rules, &search(&rules, 3, 2, 300).0.best.expect("a best design"));
+    assert_eq!(design.of_all, None);
+    let design = final_check(&rules, &design, Stop::NEVER).unwrap();
+    let of_all = design.of_all.as_ref().expect("of two tasks");
+    let lost: f64 = design.penalties.iter().map(|(_, weight)| weight).sum();
+    assert!((of_all.at_rest[0] - (3.0 - lost)).abs() < 1e-6, "{:?} {lost}", of_all.at_rest);
+    let eighth = of_all.checks.iter().find(|check| check.name.starts_with("an eighth")).unwrap();
+    let of_task = |task: usize| {
+        let all = design.tasks[task].checks.iter().find(|check| check.measured == Measured::InWorlds);
+        all.unwrap().value.unwrap()
+    };
+    let expected = 10.0 * of_task(0) - 0.9 * of_task(1) + 3.0 - lost;
+    assert!((eighth.values[0] - expected).abs() < 1e-9, "{eighth:?} {expected}");
+    // Of the value, 3 cm less preferences are no part of what the motion is worth.
+    let verdict = |share: f64| {
+        let values = vec![of_all.at_rest[0] + share * (design.value - of_all.at_rest[0])];
+        verdict_of_all(&rules, &design, of_all, &CheckOfAll { values, ..eighth.clone() })
+    };
+    assert_eq!(verdict(0.85), Verdict::Confirmed);
+    assert_eq!(verdict(0.75), Verdict::Worse);
+    assert_eq!(verdict(1.3), Verdict::Better);
+    let none = CheckOfAll { values: Vec::new(), ..eighth.clone() };
+    assert_eq!(verdict_of_all(&rules, &design, of_all, &none), Verdict::Refuted);
+    let told = summary::report(&rules, &design);
+    assert!(told.contains("all tasks together, checked over all worlds:\n  with half the step"), "{told}");
+    let of_one: usize = design.tasks.iter().map(|task| task.checks.len()).sum();
+    assert!(kept(&rules, &design).1 + silent(&rules, &design).count() == of_one + of_all.checks.len());
+    // What the file says of the body at rest is found if it is not so.
+    let replayed = replay(&rules, &design, "articulated", Precision::Model).unwrap();
+    genuine::check_values(&rules, &design, &replayed).unwrap();
+    let mut forged = design.clone();
+    forged.of_all.as_mut().unwrap().at_rest[0] = -1e9;
+    assert!(genuine::check_values(&rules, &forged, &replayed).is_err());
 }
 
 /// The nominal motion alone has a value, though a condition asks for other worlds.

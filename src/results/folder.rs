@@ -15,11 +15,11 @@ use super::genuine;
 use super::leftovers;
 use super::place::check_place;
 use super::processes::{self, PROCESSES};
-use super::robustness::kept;
 use super::run_files::{
     Asked, BEST, CHECKPOINT, EVALS, Finished, RESULT, RUN, SOURCES, asked, finished, frozen, is_run,
 };
 use super::saved::{Grammar, SavedDesign, hex};
+use super::verdict::kept;
 use super::whole::{
     aside, check_no_link, is_same, lock, lock_again, make_folder, read, wait_for_best, wait_no_more,
     write_own, write_whole,

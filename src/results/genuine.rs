@@ -92,6 +92,12 @@ pub fn check_values(
             return changed(format!("the saved term `{name}`"));
         }
     }
+    if let Some(of_all) = &design.of_all {
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        if bits(&of_all.at_rest) != bits(&saving::all_at_rest(&replayed.candidate, design)?) {
+            return changed("what its objectives are where nothing moves".to_owned());
+        }
+    }
     for (name, value) in &replayed.observed {
         if design.observed.get(name).is_some_and(|saved| saved != value) {
             return changed(format!("what was observed as `{name}`"));

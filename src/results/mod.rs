@@ -33,6 +33,7 @@ pub mod series;
 pub mod signals;
 pub mod summary;
 mod unambiguous;
+pub mod verdict;
 pub mod view;
 pub mod whole;
 

@@ -7,6 +7,7 @@ use indexmap::IndexMap;
 use super::DesignError;
 use super::making::{look, making};
 use super::saved::{SavedDesign, SavedTask};
+use super::verdict::{self, verdict};
 use super::view::{Check, Curve, Element, Elsewhere, Measure, Scene, Worlds};
 use super::{describe, elsewhere, genuine, replay, robustness, summary};
 use crate::derive::Candidate;
@@ -74,12 +75,16 @@ pub fn scene(
         .iter()
         .map(|check| Check {
             name: check.name.clone(),
-            text: robustness::outcome(rules, design, saved, check),
-            agrees: match robustness::verdict(rules, saved, check) {
-                robustness::Verdict::Silent => None,
-                verdict => Some(verdict == robustness::Verdict::Confirmed),
-            },
+            text: verdict::outcome(rules, design, saved, check),
+            agrees: verdict(rules, saved, check).agrees(),
         })
+        .chain(design.of_all.iter().flat_map(|of_all| {
+            of_all.checks.iter().map(|check| Check {
+                name: format!("{} (all objectives)", check.name),
+                text: verdict::outcome_of_all(design, check),
+                agrees: verdict::verdict_of_all(rules, design, of_all, check).agrees(),
+            })
+        }))
         .collect();
     let terms = terms(rules, design, saved, &replayed.observed);
     let shown =

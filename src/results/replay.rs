@@ -76,10 +76,19 @@ pub fn replay<'r>(
     solver: &str,
     precision: Precision,
 ) -> Result<Replayed<'r>, DesignError> {
+    replay_as(rules, design, How { solver, precision, stop: Stop::NEVER })
+}
+
+/// The same, which can be stopped.
+pub(super) fn replay_as<'r>(
+    rules: &'r RuleSet,
+    design: &SavedDesign,
+    how: How<'_>,
+) -> Result<Replayed<'r>, DesignError> {
     let candidate = candidate(rules, design)?;
     let mut tasks: Vec<ReplayedTask> = Vec::new();
     for saved in &design.tasks {
-        tasks.push(replay_task(&candidate, saved, How { solver, precision, stop: Stop::NEVER })?);
+        tasks.push(replay_task(&candidate, saved, how)?);
     }
     if tasks.len() != rules.tasks.len() {
         return Err(DesignError::OtherTasks);

@@ -4,41 +4,32 @@ use grammar_lang::ir::{RuleSet, Task};
 use rayon::prelude::*;
 
 use super::DesignError;
-use super::describe;
 use super::elsewhere::{values, values_and_whole};
-use super::replay::{Driven, How, Precision, candidate, replay_task};
-use super::saved::{Check, InWorld, Measured, SavedDesign, SavedTask};
+use super::replay::{Driven, How, Precision, ReplayedTask, candidate, replay_as, replay_task};
+use super::saved::{Check, CheckOfAll, InWorld, Measured, OfAll, SavedDesign, SavedTask};
+use super::saving::all_at_rest;
+use super::verdict::{HALF_STEP, HELD, RODS, STAYS, Verdict, verdict};
 use crate::derive::Candidate;
 use crate::scenarios::{self, Scenario};
 use crate::score::{self, Recording};
-use crate::search::{NOTHING, keeps};
+use crate::search::NOTHING;
 use crate::simulate::{Invalid, SolverName, Stop, rod};
 
-/// The names of the checks that every final best goes through.
-pub(super) const HALF_STEP: &str = "half the step, finer contacts";
 /// What keeps its value at half the step may still live on an error that is slow to show.
 const EIGHTH: &str = "an eighth of the step, finer contacts";
 /// A value over worlds is checked in all of them.
 const IN_WORLDS: &str = "an eighth of the step, in all worlds";
-/// What a robot does without its actuators is no work of theirs: it topples, rolls on, or trembles by an error of the solver.
-const HELD: &str = "its actuators held still";
 /// Nothing carries a body away on a floor without friction, but errors of the solver do.
 const ICE: &str = "a floor of ice";
-/// A centre of mass that stays this near on ice, m, has stayed: rounding is a hundredth of it.
-const STAYS: f64 = 2e-4;
 /// A body that turns by less on ice, rad, faces where it faced: what trembles between two frames adds up to a hundredth of it.
 const FACES: f64 = 0.05;
 /// Frames a second that tell what angular momentum does: parts of soft bodies tremble a hundred times a second.
 const OFTEN: f64 = 240.0;
 /// Joints that tremble hardly move the body, so its value holds, but they work.
 const WORK: &str = "half the step (energy)";
-/// The work in steps of the model is at most so many times as much as at half the step, or as little.
-const WORKS_ALIKE: f64 = 1.5;
 /// Less work in a motion, J, is as good as none.
 const NO_WORK: f64 = 1e-3;
 const RAPIER: &str = SolverName::Rapier.text();
-/// Hinges are rigid sideways and do not twist; what actuators are made of gives way in every direction.
-const RODS: &str = "soft rods in place of hinges";
 
 /// Adds what a final best is checked with: half the step, where the search had no need to, an eighth of it, the opinion of
 /// the reference solver, rods in place of hinges, the worlds that the search names for that; and how it does in worlds that the search never saw,
@@ -86,7 +77,62 @@ pub fn final_check(
         }
         (saved.tests, saved.tested) = tests?;
     }
+    design.of_all = of_all(&candidate, &design, stop)?;
     Ok(design)
+}
+
+/// What several tasks come to together, and each objective of a front, where the lines of one task do not tell that: over all worlds
+/// that they depend on.
+fn of_all(
+    candidate: &Candidate<'_>,
+    design: &SavedDesign,
+    stop: Stop<'_>,
+) -> Result<Option<OfAll>, DesignError> {
+    let rules = candidate.rules;
+    if design.tasks.len() < 2 && design.beside.is_empty() {
+        return Ok(None);
+    }
+    let solver = design.solver.as_str();
+    let model = How { solver, precision: Precision::Model, stop };
+    let mut others = vec![
+        (EIGHTH, How { precision: Precision::Finest, ..model }),
+        (HALF_STEP, How { precision: Precision::Finer, ..model }),
+    ];
+    if solver != SolverName::Rod.text() && rod::bends(&candidate.body.assembly) {
+        others.push((RODS, How { solver: SolverName::Rod.text(), ..model }));
+    }
+    // It knows the nominal world only.
+    if solver != RAPIER && !rules.tasks.values().any(Task::runs_over_worlds) {
+        others.push((RAPIER, How { solver: RAPIER, ..model }));
+    }
+    let one = |(name, how): (&str, How<'_>)| -> Option<CheckOfAll> {
+        let replayed = match replay_as(rules, design, how) {
+            Ok(replayed) => replayed,
+            // Of such a body this solver has no opinion: the lines of the tasks say so.
+            Err(DesignError::Unfit(_)) => return None,
+            Err(why) => {
+                return Some(CheckOfAll {
+                    name: name.to_owned(),
+                    values: Vec::new(),
+                    why: Some(why.to_string()),
+                });
+            }
+        };
+        let is_unable = |task: &ReplayedTask| {
+            matches!(task.motion, Err(Invalid::BeyondLimits | Invalid::Unfit))
+                || name == RAPIER && task.motion.as_ref().is_ok_and(|motion| motion.depth() > 0.0)
+        };
+        if replayed.tasks.iter().any(is_unable) {
+            return None;
+        }
+        let why = replayed.value.is_none().then(|| replayed.why_invalid());
+        let values = replayed.value.into_iter().chain(replayed.beside).collect();
+        Some(CheckOfAll { name: name.to_owned(), values, why })
+    };
+    let mut checks: Vec<CheckOfAll> = others.into_par_iter().filter_map(one).collect();
+    given_up(stop)?;
+    checks.sort_by_key(|check| [HALF_STEP, EIGHTH, RAPIER, RODS].iter().position(|name| *name == check.name));
+    Ok(Some(OfAll { at_rest: all_at_rest(candidate, design)?, checks }))
 }
 
 /// The value at other steps and with the reference solver, where that is not known yet.
@@ -268,129 +314,4 @@ pub(super) fn tested(rules: &RuleSet, saved: &SavedTask) -> Vec<Scenario> {
     let within = rules.tasks.get(&saved.name).and_then(|task| task.scenarios.as_ref());
     let set = within.and_then(|within| rules.scenarios.get_key_value(&within.name));
     set.map_or_else(Vec::new, |(name, set)| scenarios::tests(name, set))
-}
-
-/// What a cross-check says of the value of a task.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// It holds there.
-    Confirmed,
-    /// It is not as good there as a best should be.
-    Worse,
-    /// It is so much better there that the value itself is no measure of it.
-    Better,
-    /// The value holds, but the work of the actuators does not.
-    OtherWork,
-    /// The robot does much of it by itself, with its actuators held.
-    ByItself,
-    /// There is nothing to compare, or the robot goes where nothing can go.
-    Refuted,
-    /// It says nothing, for or against.
-    Silent,
-}
-
-impl Verdict {
-    /// What is said beside the value; nothing where it holds.
-    #[must_use]
-    pub fn remark(self) -> &'static str {
-        match self {
-            Self::Confirmed | Self::Silent => "",
-            Self::Better => "   (so much better that it is in doubt: see docs/physics.md)",
-            Self::OtherWork => "   (energy and work are in doubt: see docs/physics.md)",
-            Self::ByItself => "   (much of the value comes without the actuators: see docs/physics.md)",
-            Self::Worse | Self::Refuted => "   (worse than a best should be: see docs/physics.md)",
-        }
-    }
-}
-
-/// What a cross-check says of the value of a task. Both must be as good as the share of the other that the search asks for.
-#[must_use]
-pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
-    if matches!(check.measured, Measured::Unable | Measured::Sunk) {
-        return Verdict::Silent;
-    }
-    let Some((task, other)) = rules.tasks.get(&saved.name).zip(check.value) else { return Verdict::Refuted };
-    let share = match rules.search.keep_with_rods {
-        Some(share) if check.name == RODS => share,
-        _ => rules.search.keep,
-    };
-    let direction = task.objective.direction;
-    let worlds = matches!(check.measured, Measured::InWorlds | Measured::Held);
-    let value = if worlds { saved.value } else { saved.in_nominal() };
-    let at_rest = saved.at_rest.unwrap_or_else(|| task.objective.offset(rules));
-    match check.measured {
-        // What comes of itself, beyond what there is where nothing moves.
-        Measured::Held => {
-            let gained = |value: f64| direction.fitness(value) - direction.fitness(at_rest);
-            let much = (1.0 - rules.search.keep) * gained(value).abs();
-            if gained(other) > much.max(NOTHING) { Verdict::ByItself } else { Verdict::Confirmed }
-        }
-        Measured::Drift if other <= STAYS => Verdict::Confirmed,
-        Measured::Drift | Measured::Spin => Verdict::Refuted,
-        Measured::Work if other.max(1.0 / other) <= WORKS_ALIKE => Verdict::Confirmed,
-        Measured::Work => Verdict::OtherWork,
-        // What does not move differs by rounding only.
-        Measured::Value | Measured::InWorlds if (other - value).abs() < NOTHING => Verdict::Confirmed,
-        Measured::Value | Measured::InWorlds if !keeps(direction, at_rest, share, value, other) => {
-            Verdict::Worse
-        }
-        Measured::Value | Measured::InWorlds if !keeps(direction, at_rest, share, other, value) => {
-            Verdict::Better
-        }
-        Measured::Value | Measured::InWorlds => Verdict::Confirmed,
-        Measured::Unable | Measured::Sunk => Verdict::Silent,
-    }
-}
-
-/// Of how many cross-checks that say anything of a design its value was kept in how many.
-#[must_use]
-pub fn kept(rules: &RuleSet, design: &SavedDesign) -> (usize, usize) {
-    let all =
-        design.tasks.iter().flat_map(|task| task.checks.iter().map(move |check| verdict(rules, task, check)));
-    let (mut kept, mut told) = (0, 0);
-    for verdict in all {
-        kept += usize::from(verdict == Verdict::Confirmed);
-        told += usize::from(verdict != Verdict::Silent);
-    }
-    (kept, told)
-}
-
-/// The cross-checks that say nothing of a design, by name.
-pub fn silent<'d>(rules: &'d RuleSet, design: &'d SavedDesign) -> impl Iterator<Item = &'d str> {
-    let is_silent = |task: &SavedTask, check: &Check| verdict(rules, task, check) == Verdict::Silent;
-    design.tasks.iter().flat_map(move |task| {
-        task.checks.iter().filter(move |check| is_silent(task, check)).map(|check| check.name.as_str())
-    })
-}
-
-/// What a cross-check came to, in words: a value as the design's own is, less what its broken preferences take away.
-#[must_use]
-pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: &Check) -> String {
-    let direction = rules.tasks.get(&saved.name).map_or(rules.objective.direction, |t| t.objective.direction);
-    match (check.value, check.measured) {
-        (_, Measured::Unable) if check.name == RODS => {
-            let why = check.why.as_deref().unwrap_or("they cannot hold the joints of this body");
-            format!("no second opinion: {why}")
-        }
-        (_, Measured::Unable) if check.name == HELD => check.why.clone().unwrap_or_default(),
-        (_, Measured::Unable) => "no second opinion: it cannot hold the joints of this body".to_owned(),
-        (depth, Measured::Sunk) => {
-            let depth = describe::quantity(1000.0 * depth.unwrap_or(0.0), "mm");
-            format!(
-                "no second opinion: its floor is soft, and an element sinks in to {depth} below its centre"
-            )
-        }
-        (None, _) => check.why.clone().unwrap_or_else(|| "the motion is not valid".to_owned()),
-        (Some(value), Measured::Value | Measured::InWorlds | Measured::Held) => {
-            describe::quantity(design.less_penalties(direction, value), &saved.unit)
-        }
-        (Some(spin), Measured::Spin) => {
-            format!("it turns by {} out of nothing", describe::quantity(spin.to_degrees(), "deg"))
-        }
-        (Some(share), Measured::Work) => format!("{share:.2} times as much"),
-        (Some(drift), Measured::Drift) if drift <= STAYS => "it stays in place, as it should".to_owned(),
-        (Some(drift), Measured::Drift) => {
-            format!("its centre of mass goes {} astray", describe::quantity(100.0 * drift, "cm"))
-        }
-    }
 }

@@ -59,6 +59,27 @@ impl Check {
     }
 }
 
+/// What several tasks come to together and each objective of a front, with the cross-checks of that.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OfAll {
+    /// What each objective of the grammar is where nothing moves; what has no value there is 0.
+    pub at_rest: Vec<f64>,
+    /// The cross-checks.
+    pub checks: Vec<CheckOfAll>,
+}
+
+/// A cross-check of all objectives of a grammar.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CheckOfAll {
+    /// What was changed.
+    pub name: String,
+    /// What each objective comes to then, in their order; empty if a motion is not valid.
+    pub values: Vec<f64>,
+    /// Why it is not, in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why: Option<String>,
+}
+
 /// What a cross-check measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -120,6 +141,9 @@ pub struct SavedDesign {
     pub own_names: Names,
     /// What it does in each task.
     pub tasks: Vec<SavedTask>,
+    /// What they come to together, and in each objective of a front, where that was cross-checked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of_all: Option<OfAll>,
     /// Hash of the body, whatever its derivation.
     pub body: String,
     /// The steps that made the body.
@@ -314,6 +338,7 @@ impl SavedDesign {
             observed: IndexMap::new(),
             own_names: Names::default(),
             tasks: Vec::new(),
+            of_all: None,
             body,
             derivation: derivation.recorded(),
         }

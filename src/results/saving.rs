@@ -6,9 +6,9 @@ use grammar_lang::ir::{Objective, RuleSet, objective_name};
 
 use super::DesignError;
 use super::names::Names;
-use super::replay::{Driven, Precision, Replayed};
-use super::robustness::HALF_STEP;
+use super::replay::{Driven, Precision, Replayed, drive_of};
 use super::saved::{Beside, Check, Grammar, Measured, SavedDesign, SavedTask};
+use super::verdict::HALF_STEP;
 use crate::derive::Candidate;
 use crate::drive::Drive;
 use crate::score;
@@ -94,6 +94,7 @@ pub fn as_simulated(
         saved.nominal = task.nominal;
         (saved.checks, saved.tests, saved.tested) = (Vec::new(), Vec::new(), None);
     }
+    now.of_all = None;
     Ok(now)
 }
 
@@ -105,6 +106,25 @@ pub(super) fn beside(rules: &RuleSet, values: &[f64]) -> Vec<Beside> {
         unit: objective.unit.clone(),
     };
     rules.beside().iter().zip(values).map(one).collect()
+}
+
+/// What each objective of the whole grammar is where nothing moves; what has no value there, such as a ratio of two tasks, is 0.
+pub(super) fn all_at_rest(candidate: &Candidate<'_>, design: &SavedDesign) -> Result<Vec<f64>, DesignError> {
+    let rules = candidate.rules;
+    let (mut tasks, mut each) = (Vec::with_capacity(design.tasks.len()), Vec::new());
+    for saved in &design.tasks {
+        let (drive, parameters) = drive_of(candidate, saved)?;
+        let values = score::at_rest(&drive, &parameters).unwrap_or_default();
+        tasks.push((saved.name.as_str(), values.first().copied().unwrap_or(0.0)));
+        each = values;
+    }
+    let first = score::outcome(rules, &candidate.derivation, &tasks).unwrap_or(0.0);
+    let beside = score::beside(rules, &candidate.derivation, &tasks, &each).unwrap_or_default();
+    let beside = beside.into_iter().chain(std::iter::repeat(0.0)).take(rules.beside().len());
+    Ok(std::iter::once(first)
+        .chain(beside)
+        .map(|value| if value.is_finite() { value } else { 0.0 })
+        .collect())
 }
 
 /// What the objective of a task is where nothing moves, if its text does not say that.

@@ -13,9 +13,9 @@ use super::evals::quoted;
 use super::genuine;
 use super::leftovers;
 use super::place::{RUNS, SUMMARY, check_place, check_series, is_series};
-use super::robustness::kept;
 use super::run_files::{self, finished};
 use super::saved::SavedDesign;
+use super::verdict::kept;
 use super::whole::{aside, lock, lock_again, make_folder, read, write_whole};
 
 const COLUMNS: &str = "seed,value,unit,evaluations,end,checks_kept,checks,nine_of_ten,over_worlds\n";

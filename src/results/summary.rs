@@ -4,8 +4,8 @@ use grammar_lang::ir::{Direction, RuleSet};
 
 use super::describe;
 use super::elsewhere;
-use super::robustness::{outcome, verdict};
 use super::saved::{Beside, SavedDesign, SavedTask};
+use super::verdict::{outcome, outcome_of_all, verdict, verdict_of_all};
 use crate::score::Observed;
 
 /// What a broken preference adds to the value.
@@ -113,6 +113,15 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
             out.push_str(&format!("  with {}: {text}{remark}\n", check.name));
         }
         out.extend(tests(rules, design, saved).map(|line| format!("{line}\n")));
+    }
+    if let Some(of_all) = &design.of_all {
+        let all = if design.tasks.len() > 1 { "all tasks together" } else { "each objective" };
+        out.push_str(&format!("{all}, checked over all worlds:\n"));
+        for check in &of_all.checks {
+            let text = outcome_of_all(design, check);
+            let remark = verdict_of_all(rules, design, of_all, check).remark();
+            out.push_str(&format!("  with {}: {text}{remark}\n", check.name));
+        }
     }
     out
 }

@@ -16,10 +16,10 @@ use crate::results::elsewhere::{Tested, tested};
 use crate::results::genuine;
 use crate::results::place::{RUNS, is_series};
 use crate::results::processes::{self, Process};
-use crate::results::robustness::{kept, silent};
 use crate::results::run_files::{self, Asked, BEST, EVALS, Finished, RUN};
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::series::{self, run_folder};
+use crate::results::verdict::{kept, silent};
 use crate::results::whole::is_locked;
 
 /// The rules of a grammar and their texts, or why this version of sgc cannot read them.
