@@ -39,7 +39,7 @@ pub(super) struct Audit {
     /// The temperature that weights and choices read
     #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = temperature)]
     temperature: f64,
-    /// The greatest number of rule applications to try: to count the designs, and again for each body from --design or --example
+    /// The greatest number of rule applications to try when the designs are counted, and again for each body from --design or --example
     #[arg(long, value_name = "N", default_value_t = 100_000)]
     budget: usize,
     /// Report whether the grammar can make this saved design, or the best design of this run folder

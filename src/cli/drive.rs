@@ -52,8 +52,8 @@ pub(super) struct Drive {
     /// The task whose gait to run [default: the first]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
-    /// Take the target from this grammar, not from the one that made the design; useful if the target was
-    /// calibrated since
+    /// Take the target from this grammar, not from the one that made the design; useful if the target has
+    /// been calibrated since
     #[arg(long, value_name = "FILE")]
     grammar: Option<PathBuf>,
     /// The variant of that grammar

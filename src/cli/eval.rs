@@ -24,7 +24,7 @@ pub(super) struct Eval {
     /// The saved design, or the run folder that holds it
     #[arg(value_name = "DESIGN")]
     design: PathBuf,
-    /// Another simulation method [default: the method of the run]
+    /// Use another simulation method [default: the method of the run]
     #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(SolverName::ALL.map(SolverName::text)))]
     solver: Option<String>,
     #[command(flatten)]

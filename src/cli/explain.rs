@@ -9,7 +9,7 @@ use super::output::{self, Fault};
 /// Explain a finding: what it means, an example, and how to avoid it
 #[derive(Args)]
 pub(super) struct Explain {
-    /// The finding's code or name, such as E0301 or wrong-dimension; without one, all are listed
+    /// The code or name of the finding, such as E0301 or wrong-dimension; without it, all findings are listed
     #[arg(value_name = "CODE|NAME")]
     finding: Option<String>,
     /// List all findings

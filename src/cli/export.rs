@@ -30,7 +30,7 @@ enum Format {
     Begin,
     /// The poses of all elements over time, as comma-separated values
     Motion,
-    /// What sensors read, states are and actuators are asked for over time, as comma-separated values
+    /// The readings of sensors, the values of states and the targets of actuators over time, as comma-separated values
     Signals,
 }
 

@@ -17,7 +17,7 @@ use crate::results::{archive, describe, front, place, run_files, series};
 /// Simulate the designs of runs more closely, at half the step and with soft actuators, and rank them anew
 #[derive(Args)]
 pub(super) struct Refine {
-    /// Runs, folders of several runs, or saved designs. Of a run with an archive or a front, all of its designs
+    /// Runs, folders of several runs, or saved designs. For a run with an archive or a front, all of its designs are refined
     #[arg(value_name = "RUN|DESIGN", required = true)]
     of: Vec<PathBuf>,
 }

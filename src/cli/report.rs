@@ -21,7 +21,7 @@ pub(super) struct Report {
     /// Where to write the page and the tables [default: report/ in DIR, or ./report for several DIRs]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Write into a folder that holds other things, and replace files of the same names
+    /// Write into a folder that contains other files, and replace files with the same names
     #[arg(long)]
     force: bool,
 }

@@ -17,6 +17,7 @@ use crate::derive::{Candidate, Derivation};
 use crate::drive::Parameters;
 use crate::results::folder::{Reopened, RunFolder};
 use crate::results::replay::curves_of;
+use crate::results::robustness;
 use crate::results::run_files::{Asked, EVALUATIONS, listed};
 use crate::results::saved::Grammar;
 use crate::results::series::{Series, SeriesFolder};
@@ -41,7 +42,7 @@ pub(super) struct Run {
     /// Do K runs, with this seed and the seeds that follow it, each in its own folder, and summarise them
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1000))]
     runs: Option<u16>,
-    /// End after this many simulated motions, or a few more: what has begun is finished. With 0, only the grammar's schedule ends the run [default: 8000,
+    /// End after this many simulated motions, or a few more: motions that have begun are finished. With 0, only the grammar's schedule ends the run [default: 8000,
     /// or 0 with --time and without --runs]
     #[arg(long, value_name = "N")]
     max_evals: Option<u64>,
@@ -74,8 +75,7 @@ impl Run {
         let before = interrupt::Cuttable::begin();
         let started = Instant::now();
         let (rules, sources) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
-        let design =
-            self.from_design.as_deref().map(|path| begun_with(path, &rules, &self.params)).transpose()?;
+        let design = self.from_design.as_deref().map(|path| begun_with(path, &rules, &self)).transpose()?;
         let from = self.from.clone().or_else(|| rules.from.clone()).filter(|_| design.is_none());
         let (first, curves, design) = match design {
             Some(Begun { derivation, curves, named }) => (derivation, curves, Some(named)),
@@ -178,11 +178,11 @@ struct Begun {
 }
 
 /// Makes a saved design by the rules of the grammar that is to be run.
-fn begun_with(path: &Path, rules: &RuleSet, params: &[(String, String)]) -> Result<Begun, Fault> {
+fn begun_with(path: &Path, rules: &RuleSet, run: &Run) -> Result<Begun, Fault> {
     let file = design::file(path);
     let saved = design::read(&file)?;
     design::check_enumerations(&file, &saved, rules)?;
-    design::tell_other_parameters(&file, &saved, rules, params);
+    design::tell_other_parameters(&file, &saved, rules, &run.params);
     let derivation = Derivation::replay(rules, &saved.derivation).map_err(|why| {
         Fault::input(format!(
             "the rules of `{}` do not make the design in {}: {why}",
@@ -210,6 +210,14 @@ fn begun_with(path: &Path, rules: &RuleSet, params: &[(String, String)]) -> Resu
             "the curves of {} do not fit the actuation of `{}`: the search begins with its body and draws curves anew",
             file.display(),
             rules.name
+        ));
+    } else if let Some(lost) = robustness::refused_with_rods(&candidate, &saved, run.solver.as_deref()) {
+        output::note(&format!(
+            "the curves of {} come to {} in the nominal world, but to {} with soft rods, less than `keep_with_rods` asks for: the search refuses them, and draws others \
+             for this body",
+            file.display(),
+            lost.hinges,
+            lost.rods
         ));
     }
     let named =

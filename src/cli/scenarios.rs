@@ -22,7 +22,7 @@ pub(super) struct OneWorld {
     /// The set of scenarios that `--world` belongs to: NAME in the design's grammar, or FILE:NAME in another file
     #[arg(long = "in", value_name = "SCENARIOS", requires = "world")]
     scenarios: Option<String>,
-    /// The world to show, as `sgc eval DESIGN --in SCENARIOS` calls it, such as `drawn 3`
+    /// The world to simulate, by the name that `sgc eval DESIGN --in SCENARIOS` prints, such as `drawn 3`
     #[arg(long, value_name = "WORLD", requires = "scenarios")]
     world: Option<String>,
 }

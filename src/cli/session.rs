@@ -16,6 +16,7 @@ use crate::results::DesignError;
 use crate::results::folder::{Reopened, RunFolder};
 use crate::results::processes::Processes;
 use crate::results::saved::{Grammar, SavedDesign};
+use crate::results::verdict::stands_still;
 use crate::results::{archive, front, leftovers, robustness, saving, summary};
 use crate::search::{self, Best, End, Failure, Jobs, Limits, Observer, Outcome, Row, State, Unkept};
 use crate::simulate::{self, Stop};
@@ -158,6 +159,9 @@ impl Session<'_> {
     }
 }
 
+/// What is said of a best that does not move.
+pub(super) const NOTHING_FOUND: &str = "this robot does no better than one that stands still: docs/search.md says what to try when a run finds nothing";
+
 /// Tells people what a search did since it had spent so many evaluations.
 fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) {
     let all = outcome.evaluations;
@@ -232,6 +236,10 @@ impl Ended {
         }
         if !self.outcome.front.is_empty() {
             output::note(&front::told(path, &self.rules, &self.outcome.front));
+        }
+        let is_still = |design: &SavedDesign| stands_still(&self.rules, design);
+        if self.design.as_ref().is_some_and(is_still) {
+            output::note(NOTHING_FOUND);
         }
         output::note(&format!("look at it: sgc view {}", output::typed(path)));
         for older in leftovers::left(path) {

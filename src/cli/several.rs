@@ -9,7 +9,7 @@ use grammar_lang::ir::Direction;
 
 use super::live::Live;
 use super::output::{self, Fault};
-use super::session::{Ended, Session};
+use super::session::{Ended, NOTHING_FOUND, Session};
 use super::side_by_side::side_by_side;
 use super::work::Work;
 use super::{exit, interrupt};
@@ -87,6 +87,9 @@ impl Several<'_> {
             output::note(&format!("what was there before is kept in {}", output::typed(&older)));
         }
         if let Some((seed, _)) = best {
+            if lines.iter().any(|line| line.seed == seed && line.is_still) {
+                output::note(NOTHING_FOUND);
+            }
             output::note(&format!("look at the best: sgc view {}", output::typed(&self.folder.run(seed))));
         }
         Ok(match worst {

@@ -17,7 +17,7 @@ pub(super) struct Test {
     /// The grammars
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Only examples whose name contains this
+    /// Test only the examples whose names contain this text
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
     /// Set a parameter of the grammars

@@ -13,7 +13,7 @@ pub(super) struct Work {
     /// Save a checkpoint about this often
     #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5s")]
     pub(super) checkpoint: (String, Duration),
-    /// No progress, only the result
+    /// Print only the result, and no progress
     #[arg(short, long)]
     pub(super) quiet: bool,
     /// Keep a page of charts, report/index.html in the folder, up to date: open it in a browser, and it

@@ -107,7 +107,7 @@ impl Blocked {
                 )
             }
             Self::Refused(Refusal::NoImage { kind, port }) => format!(
-                "the symmetry would be lost: it leads from the port `{port}` of {} `{kind}` to a place where that has no port (declare one there, too, or attach it `alone`, without an image)",
+                "the symmetry would be lost: it maps the port `{port}` of {} `{kind}` to a place where that has no port (declare one there, too, or attach it `alone`, without an image)",
                 article(kind)
             ),
             Self::Refused(Refusal::BadParameter { name, why }) => {

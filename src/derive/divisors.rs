@@ -23,7 +23,7 @@ pub(super) fn check(rules: &RuleSet, start: &Derivation) -> Vec<Diagnostic> {
         let message = "the objective has no value for the design that the search starts from";
         Diagnostic::new(Code::NO_VALUE, span, message)
             .label("this is zero there")
-            .help("start from a design where it is not, or write `max(1, ...)`")
+            .help("start from a design for which it is not zero, or write `max(1, ...)`")
     };
     walk.zeros.into_iter().map(told).collect()
 }

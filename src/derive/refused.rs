@@ -100,7 +100,7 @@ fn always(rules: &RuleSet, rule: &Rule, begun: &Derivation) -> Option<Refusal> {
 fn report(rules: &RuleSet, rule: &Rule, why: &Refusal) -> Option<Diagnostic> {
     let help = match why {
         Refusal::PortTaken { .. } => {
-            "something is there already, or comes there by the symmetry: attach one, and its images follow"
+            "a part is attached there already, or the symmetry attaches one: attach only one part, and the symmetry makes its images"
         }
         Refusal::Asymmetric(_) => {
             "on the axis or mirror only what is its own image can hang (a round actuator that twists, spins or slides along the axis is)"
@@ -115,12 +115,8 @@ fn report(rules: &RuleSet, rule: &Rule, why: &Refusal) -> Option<Diagnostic> {
         _ => return None,
     };
     Some(
-        Diagnostic::new(
-            Code::NO_ROOM,
-            rule.span,
-            format!("the rule `{}` is refused by every design", rule.name),
-        )
-        .label(Blocked::Refused(why.clone()).sentence(rules))
-        .help(help),
+        Diagnostic::new(Code::NO_ROOM, rule.span, format!("the rule `{}` is always refused", rule.name))
+            .label(Blocked::Refused(why.clone()).sentence(rules))
+            .help(help),
     )
 }

@@ -150,11 +150,10 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
             Diagnostic::new(Code::START_BREAKS, error.span, "the initial design cannot be built")
                 .help(match error.reason.as_str() {
                     reason if reason.contains("has no port") => {
-                        "where the symmetry leads from a port there must be a port, too: give the part one there, or name another symmetry \
-                         (`xy` is forward and up, between left and right)"
+                        "the symmetry must map each port to a port: declare one at that place, or choose another symmetry (the mirror plane `xy` separates left from right)"
                     }
                     reason if reason.contains("is taken") => {
-                        "something is held there already, or by its image under the symmetry: name another port"
+                        "a part is attached there already, perhaps an image under the symmetry: name another port"
                     }
                     reason if is_lost(reason) && matches!(rules.symmetry, Symmetry::Mirror(_)) => {
                         "the core and its ports must be the same in that mirror, and what is attached must \

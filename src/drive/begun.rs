@@ -72,7 +72,7 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
             let gained = || {
                 drive.reward_fails_at_rest().map(|error| {
                     no_value(error, example)
-                        .help("a reward needs a value at each decision, also while the body stands still")
+                        .help("a reward needs a value at each decision, even while the body stands still")
                 })
             };
             let one = match driven.or_else(gained) {

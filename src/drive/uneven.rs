@@ -24,9 +24,9 @@ pub(super) fn told(kind: &str, actuation: &Actuation, example: Option<(&str, Spa
     let told = Diagnostic::new(
         Code::UNEVEN_SWING,
         actuation.drive.span,
-        format!("`{kind}` does not do the opposite across the mirror half a period later"),
+        format!("`{kind}` lies on the mirror plane, but its drive does not change sign half a period later"),
     )
-    .label("all images run half a period later; what drives it should have the opposite sign then");
+    .label("all images run half a period later, so this drive should then have the opposite sign");
     let told = match example {
         Some((name, span)) => told.also(span, format!("here in `{name}`")),
         None => told,

@@ -4,15 +4,16 @@ use grammar_lang::ir::{RuleSet, Task};
 use rayon::prelude::*;
 
 use super::DesignError;
+use super::describe;
 use super::elsewhere::{values, values_and_whole};
-use super::replay::{Driven, How, Precision, ReplayedTask, candidate, replay_as, replay_task};
+use super::replay::{Driven, How, Precision, ReplayedTask, candidate, drive_of, replay_as, replay_task};
 use super::saved::{Check, CheckOfAll, InWorld, Measured, OfAll, SavedDesign, SavedTask};
 use super::saving::all_at_rest;
 use super::verdict::{HALF_STEP, HELD, RODS, STAYS, Verdict, verdict};
 use crate::derive::Candidate;
 use crate::scenarios::{self, Scenario};
 use crate::score::{self, Recording};
-use crate::search::NOTHING;
+use crate::search::{self, NOTHING, keeps};
 use crate::simulate::{Invalid, SolverName, Stop, rod};
 
 /// What keeps its value at half the step may still live on an error that is slow to show.
@@ -192,6 +193,41 @@ fn opinion(
     };
     let value = score::objective(driven.recording(&motion, Some(&nominal)))?;
     Ok(Ok((value, motion.depth())))
+}
+
+/// The value of curves in the nominal world, in words.
+pub struct LostWithRods {
+    /// With hinges.
+    pub hinges: String,
+    /// With rods in place of them.
+    pub rods: String,
+}
+
+/// What curves that a search begins with lose with rods in the nominal world, if that is so much that the search refuses them.
+#[must_use]
+pub fn refused_with_rods(
+    candidate: &Candidate<'_>,
+    design: &SavedDesign,
+    solver: Option<&str>,
+) -> Option<LostWithRods> {
+    let rules = candidate.rules;
+    let share = rules.search.keep_with_rods?;
+    let solver = solver.unwrap_or_else(|| search::solver(rules).text());
+    let rod = SolverName::Rod.text();
+    if solver == rod || !rod::bends(&candidate.body.assembly) {
+        return None;
+    }
+    design.tasks.iter().find_map(|saved| {
+        let how = |solver| How { solver, precision: Precision::Model, stop: Stop::NEVER };
+        let value = |solver| Some(opinion(candidate, saved, how(solver)).ok()?.ok()?.0);
+        let (hinges, rods) = (value(solver)?, value(rod)?);
+        let (drive, parameters) = drive_of(candidate, saved).ok()?;
+        let at_rest = score::at_rest(&drive, &parameters)?.first().copied()?;
+        let objective = &rules.tasks.get(&saved.name)?.objective;
+        let said = |value: f64| describe::quantity(value, &objective.unit);
+        (!keeps(objective.direction, at_rest, share, hinges, rods))
+            .then(|| LostWithRods { hinges: said(hinges), rods: said(rods) })
+    })
 }
 
 /// What was given up says nothing.

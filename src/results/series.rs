@@ -15,7 +15,7 @@ use super::leftovers;
 use super::place::{RUNS, SUMMARY, check_place, check_series, is_series};
 use super::run_files::{self, finished};
 use super::saved::SavedDesign;
-use super::verdict::kept;
+use super::verdict::{kept, stands_still};
 use super::whole::{aside, lock, lock_again, make_folder, read, write_whole};
 
 const COLUMNS: &str = "seed,value,unit,evaluations,end,checks_kept,checks,nine_of_ten,over_worlds\n";
@@ -51,6 +51,8 @@ pub struct Line {
     unit: String,
     evaluations: Option<u64>,
     end: String,
+    /// Whether the best does no better than a body that stands still.
+    pub is_still: bool,
     /// Of how many cross-checks the value was kept in how many.
     checks: Option<(usize, usize)>,
     /// What nine of ten worlds are at least as good as that the search never saw, where it was tested in some.
@@ -188,12 +190,17 @@ impl SeriesFolder {
                 .zip(rules.as_ref())
                 .filter(|_| is_complete)
                 .map(|(design, rules)| kept(rules, design));
+            let is_still = design
+                .as_ref()
+                .zip(rules.as_ref())
+                .is_some_and(|(design, rules)| stands_still(rules, design));
             let tested = design.as_ref().zip(rules.as_ref());
             let tested = tested.and_then(|(design, rules)| elsewhere::tested(rules, design));
             lines.push(Line {
                 tenth: tested.as_ref().and_then(|tested| tested.each()?.tenth),
                 whole: tested.as_ref().and_then(Tested::whole),
                 seed,
+                is_still,
                 value: design.as_ref().map(|d| d.value),
                 unit: design.map(|d| d.unit).unwrap_or_default(),
                 evaluations: finished.as_ref().map(|f| f.evaluations),

@@ -128,6 +128,20 @@ fn share(rules: &RuleSet, name: &str) -> f64 {
     }
 }
 
+/// A value that differs from that of the body at rest by less, in its unit, belongs to a robot that stands still.
+const STILL: f64 = 1e-3;
+
+/// Whether a design does no better, in any task, than a body that stands still.
+#[must_use]
+pub fn stands_still(rules: &RuleSet, design: &SavedDesign) -> bool {
+    let gained = |saved: &SavedTask| {
+        let objective = &rules.tasks.get(&saved.name)?.objective;
+        let fitness = |value: f64| objective.direction.fitness(value);
+        Some(fitness(saved.value) - fitness(saved.at_rest.unwrap_or_else(|| objective.offset(rules))))
+    };
+    design.tasks.iter().all(|saved| gained(saved).is_none_or(|gained| gained < STILL))
+}
+
 /// Of how many cross-checks that say anything of a design its value was kept in how many.
 #[must_use]
 pub fn kept(rules: &RuleSet, design: &SavedDesign) -> (usize, usize) {

@@ -149,7 +149,7 @@ fn best_still<'r>(candidate: &Candidate<'r>, task: &'r Task) -> Option<Diagnosti
             "a robot that stands still has the best value of this objective",
         )
         .label(format!("it has {}, and nothing that moves has a better one", shown(still, dimension)))
-        .help("reward what the robot shall do, and take off what it costs: `maximize travel / (1 cm) - 0.1 * energy / (1 J)`")
+        .help("reward what the robot should do, and subtract what it costs: `maximize travel / (1 cm) - 0.1 * energy / (1 J)`")
     })
 }
 

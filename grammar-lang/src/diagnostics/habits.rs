@@ -180,7 +180,7 @@ const HABITS: &[(&str, Told, &str)] = &[
         "edit the declaration itself, or, to keep it unchanged, write a variant: `variant mine of \"./x.sgr\" { set ... }`",
     ),
     // Fields
-    ("axis", FIELD, "the axis stands in the field `joint`: `joint = bend about y`, `joint = slide along x`"),
+    ("axis", FIELD, "write the axis in the field `joint`: `joint = bend about y`, `joint = slide along x`"),
     ("limits", FIELD, "how far a joint may go is its `bend`, or its `range`: `range = -30 deg .. 30 deg`"),
     ("size", FIELD, "sizes stand in the shape: `shape = box(3 cm, 3 cm, 3 cm)`"),
     (
@@ -369,7 +369,8 @@ fn form(text: &str, place: usize) -> Option<String> {
     let is_letter = |c: Option<char>| c.is_some_and(char::is_alphabetic);
     if after.starts_with('-') && is_letter(before.chars().next_back()) && is_letter(after.chars().nth(1)) {
         let is_name = NAMED.contains(&first) && second.contains('-');
-        return is_name.then(|| format!("names have no hyphen: write `{}`", second.replace('-', "_")));
+        return is_name
+            .then(|| format!("a name cannot contain a hyphen: write `{}`", second.replace('-', "_")));
     }
     let is_digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
     if after.starts_with(':') && is_digit(before.chars().next_back()) && is_digit(after.chars().nth(1)) {
@@ -408,7 +409,9 @@ fn form(text: &str, place: usize) -> Option<String> {
     }
     if first == "actuate" && after.starts_with("for ") {
         let time = after.lines().next()?.trim();
-        return Some(format!("how long is said where it is simulated: `simulate hinge_model {time}`"));
+        return Some(format!(
+            "give the duration where the motion is simulated: `simulate hinge_model {time}`"
+        ));
     }
     let argument = before.rsplit(['(', ',']).next().unwrap_or("").trim();
     if after.starts_with(':') && open('(') && !argument.is_empty() && argument.chars().all(is_of_name) {
@@ -419,7 +422,7 @@ fn form(text: &str, place: usize) -> Option<String> {
         match first {
             "match" => return Some(format!("the condition of a match follows `where`: `where {condition}`")),
             "fallback" => {
-                return Some(format!("a fallback says when it is drawn with `when`: `when {condition}`"));
+                return Some(format!("write `when` before the condition of a fallback: `when {condition}`"));
             }
             _ => {}
         }
@@ -431,7 +434,7 @@ fn form(text: &str, place: usize) -> Option<String> {
     }
     let is_simulate = first == "simulate" || line.starts_with("replace simulate");
     if is_simulate && after.starts_with("and ") && line.contains(" on ") {
-        return Some("several targets are a list: `on air, threads`".to_owned());
+        return Some("separate several targets with commas: `on air, threads`".to_owned());
     }
     if first == "attach" && after.starts_with(':') {
         let rest = line.split_once(':')?.1.trim();

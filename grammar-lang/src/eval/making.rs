@@ -127,7 +127,10 @@ impl From<'_> {
         let segments = segments.and_then(|slot| self.params.get(slot)?.as_number()).unwrap_or(2.0);
         let joint = self.joint(&actuator.joint, (segments - 1.0).max(1.0), actuator.motor.is_some())?;
         if actuator.joint.kind == JointKind::Bend && !is_across(joint.axis) {
-            return Err(Unmade { field: "joint", reason: "a row bends about an axis across it".to_owned() });
+            return Err(Unmade {
+                field: "joint",
+                reason: "a row can bend only about an axis across it".to_owned(),
+            });
         }
         if let (JointKind::Slide, Some(range)) = (actuator.joint.kind, joint.range) {
             let length = 2.0 * segment.half_extents().x * segments;
@@ -188,7 +191,7 @@ impl From<'_> {
         if let Some((low, high)) = range.filter(|_| joint.kind == JointKind::Socket)
             && high.max(-low) > SOCKET * joints * (1.0 + 1e-9)
         {
-            let reason = "a socket turns by at most 80 deg about each axis".to_owned();
+            let reason = "a socket can turn by at most 80 deg about each axis".to_owned();
             return Err(Unmade { field: joint.kind.range(), reason });
         }
         Ok(MadeJoint {
@@ -332,7 +335,7 @@ fn coloured(text: String) -> Result<String, Unmade> {
     if is_colour(&text) {
         Ok(text)
     } else {
-        Err(Unmade { field: "colour", reason: "a colour is written as `#rrggbb`".to_owned() })
+        Err(Unmade { field: "colour", reason: "a colour must be written as `#rrggbb`".to_owned() })
     }
 }
 

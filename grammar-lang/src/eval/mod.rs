@@ -278,7 +278,7 @@ impl Evaluation<'_> {
                         return fail(
                             expr,
                             format!(
-                                "this part has no `{name}`: it is no part of that kind, or the sensor has nothing to read"
+                                "this part has no `{name}`: it is not of that kind, or the sensor has nothing to read"
                             ),
                         );
                     }

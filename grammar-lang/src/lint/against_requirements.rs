@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::bounds::Truth;
 use crate::bounds::linear::{Row, contradictory};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Expr, Preference, Rule};
+use crate::ir::{BodyMethod, Expr, ExprKind, Operator, Preference, Rule, Ty};
 
 use super::counts::Counts;
 use super::known::Known;
@@ -56,6 +57,41 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             .help("relax one of the two, or remove the preference"),
         );
     }
+    for fallback in &ruleset.fallbacks {
+        let asked = counts.rows(&fallback.condition);
+        let never = known.reasoning(&[]).truth(&fallback.condition) == Truth::Never;
+        let against = forbidden(&asked);
+        if never || against.is_some() {
+            let found = Diagnostic::new(
+                Code::AGAINST_REQUIREMENT,
+                fallback.condition.span,
+                format!("the fallback `{}` is never drawn", fallback.rule),
+            );
+            let found = found.label("never holds for this lattice");
+            let found = match against {
+                Some(against) => found.also(against.condition.span, "because of this requirement"),
+                None => found,
+            };
+            findings.push(found.help("lower the number, or remove the fallback"));
+        }
+    }
+    let archive = match ruleset.search.bodies.as_ref().map(|bodies| &bodies.method) {
+        Some(BodyMethod::Archive(archive)) => Some(archive),
+        _ => None,
+    };
+    for kind in archive.iter().flat_map(|archive| archive.descriptors.values()) {
+        let Some(against) = forbidden(&counts.rows(&at_least(&kind.value, kind.from))) else { continue };
+        findings.push(
+            Diagnostic::new(
+                Code::AGAINST_REQUIREMENT,
+                kind.value.span,
+                "every allowed design belongs to the first cell of this archive",
+            )
+            .label(format!("the first cell begins at {}", kind.from))
+            .also(against.condition.span, "required here")
+            .help("lower `from`, or relax the requirement"),
+        );
+    }
     for (rule, condition, asked) in asked {
         let Some(against) = forbidden(&asked) else { continue };
         findings.push(
@@ -72,6 +108,13 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             .help("relax one of the two, or remove the rule"),
         );
     }
+}
+
+/// A condition that asks for so much of a quantity.
+fn at_least(value: &Expr, least: f64) -> Expr {
+    let number = Expr { kind: ExprKind::Number(least), ..value.clone() };
+    let sides = (Box::new(value.clone()), Box::new(number));
+    Expr { kind: ExprKind::Binary(sides.0, Operator::GreaterEqual, sides.1), ty: Ty::Bool, ..value.clone() }
 }
 
 /// Which of several sets of inequalities are about a variable.

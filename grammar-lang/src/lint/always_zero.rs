@@ -20,7 +20,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     findings.push(
                         Diagnostic::new(Code::POINTLESS, e.span, "this is always zero")
                             .label(why)
-                            .help("take it out, or write what was meant"),
+                            .help("remove this, or correct it"),
                     );
                 }
                 false

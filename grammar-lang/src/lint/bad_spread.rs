@@ -121,7 +121,7 @@ impl Asks<'_> {
     fn probability(&mut self, probability: &Expr) -> Option<Diagnostic> {
         let p = self.numbers(probability);
         (p.high < 0.0 || p.low > 1.0).then(|| {
-            Diagnostic::new(Code::BAD_SPREAD, probability.span, "a probability lies within 0 .. 1")
+            Diagnostic::new(Code::BAD_SPREAD, probability.span, "a probability must lie within 0 .. 1")
                 .label("always outside")
                 .help("write it as a share: 0.3, or 30 %")
         })

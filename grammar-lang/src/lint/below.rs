@@ -167,10 +167,6 @@ fn shown(expr: &Expr, x: f64) -> String {
 fn told(code: &'static Code, expr: &Expr, message: String, moment: &Moment<'_>, x: f64) -> Diagnostic {
     let temperature = units::shown(moment.temperature, units::Dimension::NUMBER);
     Diagnostic::new(code, expr.span, message)
-        .label(format!(
-            "{} in iteration {}, at the temperature {temperature}",
-            shown(expr, x),
-            moment.iteration
-        ))
+        .label(format!("{} in iteration {}, at temperature {temperature}", shown(expr, x), moment.iteration))
         .help("keep it within its limits with `max`, `min` or `clamp`")
 }

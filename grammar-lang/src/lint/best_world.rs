@@ -20,11 +20,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Diagnostic::new(
                 Code::UNUSUAL,
                 objective.value.span,
-                "this is the value in the world where a gait does best",
+                "this objective counts only the world in which a gait does best",
             )
             .label("the other worlds do not count")
             .help(format!(
-                "for a gait that works in every world, write `{worst} over` instead of `{best} over`; `mean over` is between them"
+                "for a gait that works in every world, write `{worst} over` instead of `{best} over`; `mean over` lies between the two"
             )),
         );
     }

@@ -29,8 +29,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     objective.value.span,
                     "this objective has only two values",
                 )
-                .label("nothing leads a search from the one to the other")
-                .help("let it grow with what is wanted, as in `maximize travel in cm`"),
+                .label("nothing leads a search from one to the other")
+                .help("let it grow with what you want more of, as in `maximize travel in cm`"),
             );
             continue;
         }
@@ -39,7 +39,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::new(
                     Code::CONSTANT_AIM,
                     objective.value.span,
-                    "this objective reads the motion only where it begins",
+                    "this objective reads only the start of the motion",
                 )
                 .label("whatever the body does, it stays the same")
                 .help("read what changes, such as `e.position at end`"),
@@ -67,10 +67,10 @@ fn constant_rewards(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::new(
                     Code::CONSTANT_AIM,
                     reward.span,
-                    "this reward does not read what a decision came to",
+                    "this reward does not depend on the decisions",
                 )
                 .label("whatever the policy decides, it stays the same")
-                .help("read what is so now, as in `(first(elements).velocity at now).x / (5 cm/s)`"),
+                .help("read the present, as in `(first(elements).velocity at now).x / (5 cm/s)`"),
             );
         }
     }

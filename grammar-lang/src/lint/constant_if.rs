@@ -45,14 +45,14 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         findings.push(
             Diagnostic::new(Code::CONSTANT_IF, span, "this condition is always the same")
                 .label(label)
-                .help(format!("of `if ... then ... else`, write only what follows `{kept}`; in a rule, take out the condition, or all that depends on it")),
+                .help(format!("keep only the value after `{kept}`; in a rule, remove the condition, or everything that depends on it")),
         );
     }
     for (span, otherwise) in even {
         findings.push(
             Diagnostic::new(Code::CONSTANT_IF, span, "both branches of this `if` are the same")
                 .label("the same value, whatever the condition")
-                .also(otherwise, "should this be another one?")
+                .also(otherwise, "the same value again")
                 .help("write only the value, or change one of the two"),
         );
     }

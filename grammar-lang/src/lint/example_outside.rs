@@ -14,13 +14,15 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 && let Some((place, domain, why)) = outside(known, application)
             {
                 let message = format!(
-                    "the example `{example}` fails: this is not refused by `{by}`, but for its value"
+                    "the example `{example}` fails: this step is refused because of a value, not by `{by}`"
                 );
                 findings.push(
                     Diagnostic::new(Code::EXAMPLE_FAILS, place.span, message)
                         .label(why)
                         .also(domain.span, "the domain")
-                        .help(format!("give it a value of the domain that `{by}` refuses")),
+                        .help(format!(
+                            "give it a value within the domain, for which `{by}` refuses the step"
+                        )),
                 );
             }
             if let ExampleClause::Step { name, application, .. } = clause

@@ -78,5 +78,5 @@ fn told(requirement: &Requirement) -> Diagnostic {
         requirement.condition.span,
         format!("the requirement `{}` excludes nothing", requirement.name),
     )
-    .help("leave it out, or say what should not be possible")
+    .help("remove the condition, or change it so that it excludes something")
 }

@@ -56,7 +56,7 @@ fn small(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Diagnostic::new(
                 Code::FRONT_MISFIT,
                 size.span,
-                format!("a front of {all} objectives keeps at least {all} designs, the best of each"),
+                format!("a front of {all} objectives must keep at least {all} designs: the best for each objective"),
             )
             .label(format!("this keeps {one}"))
             .help(format!("write `size = {}`, or any number of at least {all}", all * 8)),
@@ -73,7 +73,7 @@ fn most(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
             Diagnostic::new(
                 Code::FRONT_MISFIT,
                 objective.value.span,
-                format!("a front has at most {MOST} objectives"),
+                format!("a front can have at most {MOST} objectives"),
             )
             .label("one too many")
             .help("with more objectives, hardly any design is better than another: combine some, or turn them into requirements"),

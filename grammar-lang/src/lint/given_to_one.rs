@@ -36,7 +36,7 @@ fn given_to_one(expr: &Expr, ruleset: &RuleSet) -> Option<Diagnostic> {
         Diagnostic::new(
             Code::GIVEN_TO_ONE_KIND,
             *place,
-            format!("`{kind}` has a `{param}` too, and keeps its default here"),
+            format!("`{kind}` has a parameter `{param}`, too, but keeps its default here"),
         )
         .label(format!("no `{param}` is given"))
         .also(*there, format!("only `{to}` is given one"))

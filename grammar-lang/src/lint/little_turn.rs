@@ -24,7 +24,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::new(
                     Code::LITTLE_TURN,
                     target.span,
-                    format!("the servos of `{name}` use {:.0} % of their range", 100.0 * used / turn),
+                    format!("the servos of `{name}` use only {:.0} % of their range", 100.0 * used / turn),
                 )
                 .label(format!("{} of {}", degrees(used), degrees(turn)))
                 .help("use a smaller wheel: if a servo turns only a little, the bend is coarse"),

@@ -27,6 +27,7 @@ mod given_to_one;
 mod instances;
 mod known;
 mod little_turn;
+mod mixed_axes;
 mod near_zero;
 mod negative_weight;
 mod never_applies;
@@ -42,6 +43,7 @@ mod no_such_port;
 mod no_value;
 mod nothing_drawn;
 mod nothing_to_search;
+mod odd_axle;
 mod odd_search;
 mod odd_size;
 mod of_parts;
@@ -55,6 +57,7 @@ mod periods;
 mod places;
 mod pointless;
 mod said_twice;
+mod same_port;
 mod says_nothing;
 mod still_drive;
 mod stops_at_once;
@@ -146,6 +149,10 @@ const DOUBTFUL: &[Lint] = &[
     best_world::check,
     fast_spin::check,
     given_to_one::check,
+    mixed_axes::check,
+    odd_axle::check,
+    same_port::check,
+    still_drive::grows,
 ];
 
 /// What says nothing. A text that several grammars share may say in one of them

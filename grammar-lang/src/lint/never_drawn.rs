@@ -34,7 +34,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Diagnostic::new(
                 Code::NEVER_DRAWN,
                 most.weight.span,
-                format!("beside this weight, the rule `{}` is hardly ever drawn", least.name),
+                format!("because of this weight, the rule `{}` is hardly ever drawn", least.name),
             )
             .label(format!("more than {:.0} times as often", (1.0 / HARDLY)))
             .also(least.span, "less than once in a whole run")

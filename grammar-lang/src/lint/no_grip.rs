@@ -47,7 +47,7 @@ pub(super) fn slopes(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 format!("on a slope of {} all robots of this grammar slide", angle(slope)),
             )
             .label(format!(
-                "with the greatest friction here they stand on {} at most",
+                "with the greatest friction here, they can stand on a slope of at most {}",
                 angle(libm::atan(grip))
             ))
             .help("is the unit of `slope` right? Make it less steep, or give the parts more friction"),

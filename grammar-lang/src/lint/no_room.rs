@@ -67,7 +67,7 @@ fn report(stops: &[&Requirement], rule: &Rule, what: &str, label: &str) -> Optio
         format!("{} {verb} no room for {what}", listed(stops)),
     )
     .label(label)
-    .help("relax it, or remove the rules that attach parts");
+    .help("relax the requirement, or remove the rules that attach parts");
     for other in stops.iter().skip(1) {
         finding = finding.also(other.condition.span, "together with this");
     }

@@ -31,8 +31,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     .help("give a range a width, or write one `case` for this world"),
             );
         }
-        let is_nominal = |(differs, value): (&Difference, &f64)| {
-            Ty::from(*differs) == Ty::NUMBER && *differs != Difference::GroundFriction && *value == 1.0
+        let ground: Vec<f64> = known.ruleset.tasks.values().map(|task| task.model.ground_friction).collect();
+        let is_nominal = |(differs, value): (&Difference, &f64)| match differs {
+            Difference::GroundFriction => !ground.is_empty() && ground.iter().all(|own| own == value),
+            Difference::Tilt | Difference::Slope | Difference::Late => *value == 0.0,
+            _ => Ty::from(*differs) == Ty::NUMBER && *value == 1.0,
         };
         let unchanged = set.cases.iter().find(|(_, differs)| differs.iter().all(is_nominal));
         if let Some((one, _)) = unchanged {
@@ -95,10 +98,23 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
         } else if is_single {
             findings.push(told(what, &format!("`{}` never changes", variable.name)));
-        } else if let Kernel::Normal(mean, _) = &variable.mutation.kernel {
+        } else if let Kernel::Normal(mean, deviation) = &variable.mutation.kernel {
             let (low, high) = variable.domain;
             let mean = reasoning.numbers(mean);
-            if mean.low > high - low || mean.high < low - high {
+            let (least, most) = (mean.low.max(-mean.high), reasoning.numbers(deviation).high);
+            if least > 0.0 && most == 0.0 {
+                findings.push(
+                    Diagnostic::new(
+                        Code::NO_SPREAD,
+                        deviation.span,
+                        format!("each move changes `{}` by the same amount", variable.name),
+                    )
+                    .label("a deviation of zero")
+                    .help(
+                        "the mean comes first, and is usually 0: write for example `normal(0 deg, 20 deg)`",
+                    ),
+                );
+            } else if mean.low > high - low || mean.high < low - high {
                 findings.push(told(
                     what,
                     &format!("each move takes `{}` to an end of its domain", variable.name),

@@ -26,7 +26,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 selection.tournament.span,
                 "this tournament draws more designs than the search keeps",
                 &format!("it keeps at most {}", size.high),
-                "a smaller tournament, such as 4, also gives a chance to designs that are not the best",
+                "write a smaller number, such as 4: it gives designs that are not the best a chance, too",
             ));
         }
     }
@@ -38,15 +38,15 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 schedule.iterations.span,
                 "this search stops after its first iteration",
                 &format!("after {moves} moves"),
-                "a search goes on for many: `iterations = 100`",
+                "a search needs many iterations: write `iterations = 100`",
             ));
         }
         if moves <= 1.0 {
             findings.push(told(
                 schedule.iterations.span,
-                "this search tries one body beside the first",
+                "this search tries only one body besides the first",
                 "one iteration of one move",
-                "a search tries hundreds: `iterations = 100`, `moves = 3`",
+                "a search tries hundreds of bodies: write `iterations = 100`, `moves = 3`",
             ));
         }
         if let BodyMethod::Population(Population { restart: Some(restart), .. }) = method
@@ -73,6 +73,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
     for (schedule, method) in search.loops() {
         findings.extend(looks_back_too_far(known, schedule));
+        findings.extend(never_stops(known, schedule));
         if let SearchMethod::Annealing(annealing) = method {
             findings.extend(heats(known, schedule, &annealing.temperature));
             let hottest = at_iteration(known, &annealing.temperature, 0.0).high;
@@ -111,6 +112,25 @@ fn of_lengths(known: &Known<'_>) -> Option<f64> {
     (inner.ty.dimension() == Some(Dimension::LENGTH)).then_some(*factor)
 }
 
+/// A condition to stop that no iteration of the loop fulfils. A plain `false` is meant.
+fn never_stops(known: &Known<'_>, schedule: &Schedule) -> Option<Diagnostic> {
+    let iterations = known.numbers(&schedule.iterations).high;
+    let within = Interval::new(0.0, iterations);
+    let counted = [SearchWord::Iteration, SearchWord::Idle, SearchWord::Stagnant];
+    let facts =
+        counted.into_iter().fold(known.facts.clone(), |facts, word| facts.with(Word::Search(word), within));
+    let mut reasoning = crate::bounds::Reasoning::new(&facts, Vec::new());
+    let stop = &schedule.stop;
+    (!matches!(stop.kind, ExprKind::Bool(_)) && reasoning.truth(stop) == Truth::Never).then(|| {
+        told(
+            stop.span,
+            "this search never stops early",
+            &format!("never holds within {iterations} iterations"),
+            "write a number below `iterations`, or `stop = false` to make all of them",
+        )
+    })
+}
+
 /// `gain(n)` of more iterations than there are.
 fn looks_back_too_far(known: &Known<'_>, schedule: &Schedule) -> Option<Diagnostic> {
     let iterations = known.numbers(&schedule.iterations);
@@ -129,7 +149,7 @@ fn looks_back_too_far(known: &Known<'_>, schedule: &Schedule) -> Option<Diagnost
             span,
             "this looks back over more iterations than there are",
             &format!("there are {}", iterations.high),
-            "a smaller number, such as `gain(20)`, says what the last iterations gained",
+            "write a smaller number, such as `gain(20)`, to ask what the last iterations gained",
         )
     })
 }
@@ -143,7 +163,7 @@ fn heats(known: &Known<'_>, schedule: &Schedule, temperature: &Expr) -> Option<D
         told(
             temperature.span,
             "the temperature is higher at the end than at the beginning",
-            "annealing cools",
+            "in annealing, the temperature should fall",
             "let it fall with `iteration`, as in `9 / (1 + iteration / 10)`",
         )
     })

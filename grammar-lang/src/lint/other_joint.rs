@@ -21,7 +21,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         Diagnostic::new(
                             Code::NO_VALUE,
                             asked.span,
-                            format!("`{kind}` {} and has no `{attribute}`", actuator.joint.kind.does()),
+                            format!("`{kind}` {}, so it has no `{attribute}`", actuator.joint.kind.does()),
                         )
                         .label("has no value")
                         .also(actuator.span, "this actuator")
@@ -56,11 +56,11 @@ fn sensors(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             let track = track.text();
             let (message, help) = match joint.map(|joint| joint.kind) {
                 None => (
-                    format!("`{kind}` hangs on no joint and has no `{track}`"),
+                    format!("`{kind}` hangs on no joint, so it has no `{track}`"),
                     "measure what has a joint, or how the part moves, as in `p.velocity at now`".to_owned(),
                 ),
                 Some(JointKind::Socket) => (
-                    format!("`{kind}` turns about three axes and has no `{track}`"),
+                    format!("`{kind}` turns about three axes, so it has no `{track}`"),
                     "measure how the part lies, as in `p.rotation at now`".to_owned(),
                 ),
                 Some(joint) => {
@@ -70,7 +70,7 @@ fn sensors(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         _ => "`angle` and `angle_rate`",
                     };
                     let does = joint.does();
-                    (format!("`{kind}` {does} and has no `{track}`"), format!("what {does} has {have}"))
+                    (format!("`{kind}` {does}, so it has no `{track}`"), format!("what {does} has {have}"))
                 }
             };
             findings.push(

@@ -49,7 +49,7 @@ fn beyond(offset: &Expr, side: usize, axis: &str, numbers: &dyn Fn(&Expr) -> Int
             offset.span,
             format!("wherever the cell is, these places are outside the lattice: it has {side} places along {axis}"),
         )
-        .label(format!("at least {} away", nearest.abs()))
+        .label(format!("an offset of at least {}", nearest.abs()))
         .help("make the offset smaller, or the lattice larger"),
     )
 }

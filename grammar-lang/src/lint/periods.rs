@@ -73,7 +73,7 @@ fn cannot_follow(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnosti
     (moved < HARDLY * (high - low)).then(|| {
         Diagnostic::new(Code::UNUSUAL, period.span, format!("`{kind}` is too slow for these periods"))
             .label(format!(
-                "in half of the longest one it moves by {}, of a range of {}",
+                "in half of the longest period, it moves {} of its range of {}",
                 told(moved),
                 told(high - low)
             ))
@@ -85,7 +85,7 @@ fn cannot_follow(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnosti
                     shown(fastest, dimension.over(Dimension::TIME).unwrap_or_default())
                 ),
             )
-            .help("is one of the units right? If so, let the period be longer, or make the actuator faster")
+            .help("check the units. If they are right, make the period longer or the actuator faster")
     })
 }
 
@@ -136,6 +136,6 @@ fn too_slow(target: &str, place: Span, shortest: f64, period: Periods) -> Diagno
     let time = |x: f64| shown(x, Dimension::TIME);
     Diagnostic::new(Code::TOO_SHORT, place, format!("the valves of `{target}` are too slow for some periods"))
         .label(format!("a valve stays in one state for at least {}", time(shortest)))
-        .also(period.span, format!("a period may be as short as {}: two states have no room in it", time(period.domain.0)))
+        .also(period.span, format!("a period may be as short as {}: two states do not fit into it", time(period.domain.0)))
         .help("start the domain of the period at a longer time, or set a shorter `shortest` if the valves can do it")
 }

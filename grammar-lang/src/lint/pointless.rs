@@ -55,7 +55,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         format!("this condition of the rule `{}` excludes nothing", rule.name),
                     )
                     .label("holds for every design and every choice")
-                    .help("leave it out, or say what should not be possible"),
+                    .help("remove the condition, or change it so that it excludes something"),
                 );
             }
         }

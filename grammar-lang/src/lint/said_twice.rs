@@ -25,7 +25,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     findings.extend(twins(
         "tasks",
         tasks,
-        "each costs a simulation: take one out, or let them ask for different things",
+        "each costs a simulation: remove one, or give them different objectives",
     ));
 }
 
@@ -57,7 +57,7 @@ fn twins<'a>(
             Diagnostic::new(
                 Code::SAID_TWICE,
                 span,
-                format!("the {what} `{first}` and `{name}` say the same"),
+                format!("the {what} `{first}` and `{name}` are the same"),
             )
             .label("again")
             .also(there, "first here")

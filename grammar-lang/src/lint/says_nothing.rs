@@ -11,6 +11,9 @@ use crate::units::{Dimension, shown};
 use super::known::Known;
 use super::places::places;
 
+/// No sensor of a robot is so late, s.
+const LATE: f64 = 1.0;
+
 /// An objective in such a unit of length, m, or a larger one, leaves values near zero.
 const LARGE: f64 = 100.0;
 
@@ -39,9 +42,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         if let Some((place, kind)) = replaced_by_its_like(rule) {
             told(
                 place,
-                &format!("the rule `{}` replaces a `{kind}` by a `{kind}`", rule.name),
+                &format!("the rule `{}` replaces a `{kind}` with a `{kind}`", rule.name),
                 "the same kind",
-                "replace it by another kind, or set its parameters: `set p.PARAMETER = ...`",
+                "replace it with another kind, or set its parameters: `set p.PARAMETER = ...`",
             );
         }
     }
@@ -57,9 +60,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         for over in repeated_once(&rule.effects) {
             told(
                 over,
-                "this is done once",
+                "this block is repeated only once",
                 "a range of one number",
-                "a range runs to its last number: `0 .. 5` are six. Or write the lines without `for`",
+                "a range includes its last number: `0 .. 5` repeats six times. Or write the lines without `for`",
             );
         }
     }
@@ -70,9 +73,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             {
                 told(
                     group.span,
-                    "`image` makes one group of all",
+                    "grouping by `image` puts all actuators into one group",
                     "images follow their originals, whose number is 0",
-                    "leave `per` out: each original has one. For another value on each side, write a list and read `values[a.image]`",
+                    "remove `per`: each original then has a value of its own. For a different value on each side, write a list and read `values[a.image]`",
                 );
             }
         }
@@ -83,6 +86,24 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 "a curve through one point is the same everywhere",
                 "write more, as in `points[4]`, or leave the brackets out",
             );
+        }
+    }
+    let never_changes = |next: &Expr, name: &str| {
+        Diagnostic::new(Code::POINTLESS, next.span, format!("the state `{name}` never changes"))
+            .label("its next value is its present one")
+            .help("let `next` depend on the time, on a sensor or on its own value: `next min(n + 1, 9)`; for a constant, use `let`")
+    };
+    let mut constant = Vec::new();
+    for state in rules.states.values().map(|state| &state.state) {
+        if matches!(&state.next.kind, ExprKind::Sensor(name, _) if *name == state.name) {
+            constant.push(never_changes(&state.next, &state.name));
+        }
+    }
+    for actuation in rules.actuations.values() {
+        for (place, state) in actuation.states.iter().enumerate() {
+            if matches!(state.next.kind, ExprKind::Local(slot) if slot == actuation.first_state() + place) {
+                constant.push(never_changes(&state.next, &state.name));
+            }
         }
     }
     for (name, sensor) in &rules.sensors {
@@ -105,12 +126,12 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
         }
         let shortest = rules.tasks.values().map(|task| task.model.duration).fold(f64::INFINITY, f64::min);
-        if sensor.delay > shortest / 2.0 {
+        if sensor.delay > LATE.min(shortest / 2.0) {
             told(
                 sensor.span,
-                &format!("`{name}` reads what was {} ago", shown(sensor.delay, Dimension::TIME)),
-                "half of the motion, or more",
-                "is the unit right? A sensor is late by milliseconds: `delay 20 ms`",
+                &format!("`{name}` reads a value that is {} old", shown(sensor.delay, Dimension::TIME)),
+                "much later than any sensor",
+                "check the unit. The delay of a sensor is usually some milliseconds: `delay 20 ms`",
             );
         }
     }
@@ -137,7 +158,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         if known.numbers(&term.value).single().is_some() {
             told(
                 term.span,
-                &format!("`{name}` is observed, and has the same value for every design"),
+                &format!("`{name}` is observed, but has the same value for every design"),
                 "a constant",
                 "let it read the motion or the design, or do not observe it",
             );
@@ -150,7 +171,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     feature.value.span,
                     &format!("the feature `{name}` has the same value for every design"),
                     "a constant",
-                    "let it read the design or its motion: what is always the same tells no design from another",
+                    "let it read the design or its motion: a constant cannot distinguish designs",
                 );
             }
         }
@@ -159,12 +180,13 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         if is_in_large_unit(objective) {
             told(
                 objective.value.span,
-                &format!("an objective in {} leaves values near zero", objective.unit),
-                "robots of this size go some metres at most",
+                &format!("in {}, the values of this objective are near zero", objective.unit),
+                "robots of this size travel a few metres at most",
                 "write `in cm`: temperatures of searches are on the scale of the objective, and results are printed in its unit",
             );
         }
     }
+    findings.extend(constant);
 }
 
 /// Where a rule removes what it has attached itself.

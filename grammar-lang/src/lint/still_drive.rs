@@ -11,6 +11,9 @@ use crate::units::Dimension;
 /// A drive that moves an actuator by less than this share of its range might as well not.
 const HARDLY: f64 = 0.03;
 
+/// A cell that grows by so many times its size was meant to grow by as many per cent.
+const GROWS: f64 = 5.0;
+
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, actuation) in &known.ruleset.actuations {
         let is_used =
@@ -44,6 +47,25 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     findings.extend(told);
 }
 
+/// Strains that no soft material has.
+pub(super) fn grows(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
+    for (name, actuation) in &ruleset.actuations {
+        let of_cells = ruleset.tasks.values().flat_map(|task| &task.actuated);
+        if !{ of_cells }.any(|(kind, with)| with == name && ruleset.is_cell(kind)) {
+            continue;
+        }
+        let asked = known.reasoning(&actuation_locals(&known.facts, actuation)).numbers(&actuation.drive);
+        if asked.is_finite() && asked.high > GROWS {
+            findings.push(
+                Diagnostic::new(Code::UNUSUAL, actuation.drive.span, "no soft material strains so far")
+                    .label(format!("up to {:.0} %", 100.0 * asked.high))
+                    .help("is a percent sign missing? Write for example `20 % * sin(t / period * 360 deg)`"),
+            );
+        }
+    }
+}
+
 /// A drive that moves an actuator by next to nothing of what it can, whatever it varies.
 fn hardly_moves(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnostic> {
     let &Actuated { kind, actuator, actuation, .. } = actuated;
@@ -56,7 +78,10 @@ fn hardly_moves(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnostic
     (share < HARDLY).then(|| {
         Diagnostic::new(Code::STILL_DRIVE, actuation.drive.span, format!("this drive hardly moves `{kind}`"))
             .label(match share > 0.0 {
-                true => format!("by {:.1e} % of what it can, at most", 100.0 * share),
+                true => format!(
+                    "by at most {} % of its range",
+                    crate::units::shown(100.0 * share, Dimension::default())
+                ),
                 false => "always to the same place".to_owned(),
             })
             .help("widen what the drive varies, or check the units")

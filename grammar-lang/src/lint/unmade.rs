@@ -29,7 +29,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 format!("a `{name}` with {with} has no valid `{}`", unmade.field),
             )
             .label(unmade.reason)
-            .help("narrow the domain of the parameter, or give the field a valid value in the whole domain"),
+            .help("narrow the domain of the parameter, or make the field valid in the whole domain"),
         );
     }
 }

@@ -1,7 +1,8 @@
-//! Actuators that cannot hold their own segments, even if they have as few as they may, and cores that no actuator moves.
+//! Actuators that cannot hold their own segments, even if they have as few as they may, or whose hinges never push with all of their
+//! torque, and cores that no actuator moves.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::Made;
+use crate::eval::{Made, Value};
 use crate::ir::{Actuator, ExprKind, JointKind, Kind};
 use crate::units::{Dimension, shown};
 
@@ -10,9 +11,12 @@ use super::known::Known;
 
 /// Actuators whose force is less than this share of what the core weighs do not move it, even if there are dozens of them.
 const MOVES: f64 = 0.02;
+/// A torque of which a hinge reaches less than this share is not that of the actuator.
+const REACHED: f64 = 0.9;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     too_weak(known, findings);
+    never_reached(known, findings);
     findings.extend(too_heavy(known));
 }
 
@@ -62,6 +66,37 @@ fn too_weak(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
+/// Actuators whose hinges are so soft that they do not push with their torque even where the row is held straight and driven to the
+/// end of its bend: what was measured of them does not go together.
+fn never_reached(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
+    for (name, actuator) in ruleset.actuators.iter().filter(|(_, a)| a.joint.kind == JointKind::Bend) {
+        let reached = made(known, Kind::Actuator(actuator)).filter_map(|(given, made)| {
+            let Ok(Made::Actuator(made)) = made else { return None };
+            let segments = given.get("segments").and_then(Value::as_number);
+            let segments = segments.or_else(|| {
+                known.value(actuator.params.get("segments")?.default.as_ref()?).ok()?.as_number()
+            })?;
+            let (low, high) = made.driven_range();
+            let behind = (high - low) / (segments - 1.0).max(1.0);
+            Some((made.motor.as_ref()?.effort, made.joint.stiffness * behind))
+        });
+        let most = reached.max_by(|a, b| (a.1 / a.0).total_cmp(&(b.1 / b.0)));
+        if let Some((torque, pushes)) = most.filter(|(torque, pushes)| *pushes < REACHED * torque) {
+            let shown = |x: f64| shown(x, Dimension::TORQUE);
+            findings.push(
+                Diagnostic::new(Code::WEAK, actuator.span, format!("`{name}` never pushes with its `torque`"))
+                    .label(format!(
+                        "`torque` is {}; held at one end of its bend and driven to the other, a hinge pushes with {}",
+                        shown(torque),
+                        shown(pushes)
+                    ))
+                    .help("a hinge pushes with `stiffness` times its distance to the target: if torque and bend were measured, write `stiffness = torque / (bend / (segments - 1))`"),
+            );
+        }
+    }
+}
+
 /// The core, if it is so heavy that none of the actuators moves it.
 fn too_heavy(known: &Known<'_>) -> Option<Diagnostic> {
     let ruleset = known.ruleset;
@@ -91,7 +126,7 @@ fn too_heavy(known: &Known<'_>) -> Option<Diagnostic> {
     let weight = lightest * gravity;
     (strongest > 0.0 && strongest < MOVES * weight).then(|| {
         let force = |x: f64| shown((x * 1e3).round() / 1e3, Dimension::FORCE);
-        Diagnostic::new(Code::WEAK, core.span, format!("no actuator moves a core as heavy as `{name}`"))
+        Diagnostic::new(Code::WEAK, core.span, format!("no actuator is strong enough to move the core, `{name}`"))
             .label(format!("it weighs {}", force(weight)))
             .help(format!(
                 "the strongest actuator pushes with {} at the end of its first segment: check the units of `mass`, `density`, `shape` and `torque`",

@@ -87,10 +87,10 @@ impl Allowed {
     pub fn unused(&self, text: FileId) -> impl Iterator<Item = Diagnostic> {
         let unused = self.0.iter().filter(move |one| one.place.file == text && !one.is_used.get());
         unused.map(|one| {
-            let message = format!("nothing here needs `allow {}`", one.code.id);
+            let message = format!("this `allow {}` silences nothing", one.code.id);
             Diagnostic::new(Code::UNUSED_ALLOW, one.place, message)
-                .label(format!("there is no warning {}", one.code.name))
-                .help("take it out, or move it into the declaration that the warning is about")
+                .label(format!("nothing here causes the warning {}", one.code.name))
+                .help("remove it, or move it into the declaration that the warning is about")
         })
     }
 }
@@ -107,7 +107,7 @@ fn warning(name: &Name) -> Result<&'static Code, Box<Diagnostic>> {
                 format!("{} is an error, and cannot be allowed", code.id),
             )
             .label(code.name)
-            .help(format!("mend what it is about: `sgc explain {}` says how", code.id)),
+            .help(format!("correct the error: `sgc explain {}` says how", code.id)),
         )),
         None => {
             let names = || warnings().flat_map(|code| [code.id, code.name]);
@@ -130,7 +130,7 @@ fn warning(name: &Name) -> Result<&'static Code, Box<Diagnostic>> {
 /// Who reads the text later has to know why.
 fn without_reason(allow: &Allow) -> Diagnostic {
     let end = Span { start: allow.span.end, ..allow.span };
-    Diagnostic::new(Code::MISSING_FIELD, end, "a warning is allowed for a reason")
+    Diagnostic::new(Code::MISSING_FIELD, end, "`allow` needs a reason")
         .label("`because` is missing")
         .help(format!("write `allow {} because \"...\"`", allow.code.text))
 }

@@ -357,7 +357,7 @@ impl Loading<'_> {
                 Diagnostic::new(
                     Code::IMPORT_CYCLE,
                     module.span,
-                    format!("imports go round in a circle: {}", ring.join(" -> ")),
+                    format!("circular import: {}", ring.join(" -> ")),
                 )
                 .label("this import closes the circle")
                 .help("move what both need into a third file"),
@@ -470,7 +470,7 @@ fn no_module(module: &Name, reason: &NoModule, library: &[String]) -> Diagnostic
     if name.ends_with(".sgr") {
         return Diagnostic::new(Code::NO_MODULE, module.span, format!("cannot read the file `{name}`"))
             .label(reason.to_string())
-            .help("the path starts from the folder of this file, and folders are parted by `/`");
+            .help("the path starts from the folder of this file; separate folders with `/`");
     }
     let help = did_you_mean(name, modules()).unwrap_or_else(|| {
         if name.contains(['/', '\\']) {

@@ -61,7 +61,7 @@ pub(super) fn two_braces(
     let blanks: Vec<_> =
         fix.edits.iter().map(|e| Edit { replacement: " ".to_owned(), ..e.clone() }).collect();
     let clean = apply(scan.text, &blanks).unwrap_or_default();
-    let error = Diagnostic::new(Code::SYNTAX, span(second, file), "a block is opened with one `{`")
+    let error = Diagnostic::new(Code::SYNTAX, span(second, file), "a second `{` opens this block")
         .label("a second one")
         .help("remove it, and its `}` if it has one")
         .fix(fix);

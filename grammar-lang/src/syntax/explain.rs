@@ -52,7 +52,7 @@ pub(super) fn explain(piece: Stretch<'_>, entry: Rule, file: FileId) -> Diagnost
     let misspelt = if is_reserved(text) { "" } else { text };
     let (meant, respelt) = (did_you_mean(misspelt, words()), respell(span, misspelt, words()));
     let help = habit(piece, place, text)
-        .or_else(|| no_name(&wanted, text))
+        .or_else(|| no_name(piece, &wanted, text))
         .or_else(|| out_of_order(piece, text))
         .or(meant);
     let like = help.is_none().then(|| looks_like(entry, piece, place, &expected)).flatten();
@@ -149,9 +149,14 @@ fn habit(piece: Stretch<'_>, place: usize, found: &str) -> Option<String> {
 }
 
 /// What to say where a word of the language stands in the place of a name.
-fn no_name(wanted: &str, found: &str) -> Option<String> {
+fn no_name(piece: Stretch<'_>, wanted: &str, found: &str) -> Option<String> {
     if !wanted.contains("a name") {
         None
+    } else if piece.first_word() == "drop" && found == "symmetry" {
+        Some("write `replace symmetry none`".to_owned())
+    } else if piece.first_word() == "drop" && matches!(found, "simulate" | "maximize" | "minimize" | "search")
+    {
+        Some(format!("every grammar needs one: write `replace {found} ...`"))
     } else if matches!(found, "part" | "actuator" | "cell") {
         Some(format!("give it a name first, as in `p : {found}`"))
     } else {

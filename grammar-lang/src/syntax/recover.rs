@@ -100,7 +100,9 @@ fn no_declaration(piece: Stretch<'_>, first: &str, file: FileId, found: &mut Fou
     if piece.tokens().map(brace).sum::<i32>() < 0 {
         found.module.headless = true;
         if error.fix.is_none() {
-            error.help = Some("a `}` ends this: its first line is missing, such as `rule NAME {`".to_owned());
+            error.help = Some(
+                "a `}` closes a block here, but its first line is missing, such as `rule NAME {`".to_owned(),
+            );
         }
     }
     found.errors.push(error);

@@ -27,8 +27,7 @@ const LOOK_ALIKE: &[(&str, &str)] = &[
 ];
 
 /// How things are counted that fulfil a condition.
-const COUNT: &str =
-    "what is counted among many stands behind `over`: `(count over p in part where p.depth > 1)`";
+const COUNT: &str = "write `over` after `count`: `(count over p in part where p.depth > 1)`";
 
 /// Where the parser stopped.
 pub(super) struct Stop<'a> {
@@ -91,7 +90,7 @@ impl Stop<'_> {
         }
         if let Some(span) = self.compared_to_set() {
             let help = "write `=`: `==` compares two values";
-            return Diagnostic::new(error.code, span, "`set` gives a value by `=`, found `==`")
+            return Diagnostic::new(error.code, span, "expected `=` after `set`, found `==`")
                 .label("not expected here")
                 .help(help)
                 .fix(Fix::replace(span, "=", help));
@@ -129,8 +128,11 @@ impl Stop<'_> {
         let fix = Fix::replace(self.span(sign.len()), format!("{before}{meant}{after}"), message.clone());
         // Elsewhere this sign is an arrow.
         let arrow = *sign == "=>";
-        let message =
-            if arrow { format!("{message} to compare, `->` to say what leads to what") } else { message };
+        let message = if arrow {
+            format!("{message} to compare; a case of `match` and a row of a table have `->`")
+        } else {
+            message
+        };
         Some((message, (!arrow && !self.is_ambiguous(sign)).then_some(fix)))
     }
 
@@ -187,7 +189,7 @@ impl Stop<'_> {
             let found = self.found;
             Some(Fix::replace(self.span(length), by, format!("write `{by}` instead of `{found}`")))
         };
-        let words = "`==` compares two values, `=` gives a value to a name";
+        let words = "write `==` to compare two values; `=` gives a value to a name";
         let condition = ["require", "when", "unless"].iter().any(|w| self.piece.first_word() == *w);
         let alone = !self.rest().get(1..).unwrap_or("").starts_with(['=', '<', '>', '~']);
         match self.found {
@@ -201,16 +203,15 @@ impl Stop<'_> {
             "=" if self.expects("`:`")
                 && ["require", "prefer"].iter().any(|w| self.piece.first_word() == *w) =>
             {
-                let help = "a `:` stands between the name and the condition; `==` compares two values";
+                let help = "write `:` between the name and the condition, and `==` to compare";
                 Some((help.to_owned(), None))
             }
             "=" if self.expects("an operator") => {
                 Some((words.to_owned(), replace(1, "==").filter(|_| condition && alone)))
             }
-            ":" if self.expects("`=`") => Some((
-                "`=` gives a value to a name, `:` says of which kind it is".to_owned(),
-                replace(1, "="),
-            )),
+            ":" if self.expects("`=`") => {
+                Some(("write `=` here: `:` gives the type of a name".to_owned(), replace(1, "=")))
+            }
             _ => None,
         }
     }
@@ -219,7 +220,7 @@ impl Stop<'_> {
     fn range(&self) -> Option<(String, Option<Fix>)> {
         let sign = Some(self.found).filter(|_| self.before().trim_end().ends_with(".."))?;
         let help = match sign {
-            "=" => "both ends of a range belong to it: write `3 .. 5`",
+            "=" => "a range includes both of its ends: write `3 .. 5`",
             "<" => "both ends of a range belong to it: write `3 .. 4` for 3 and 4",
             _ => return None,
         };
@@ -271,7 +272,7 @@ impl Stop<'_> {
                 let rest = rest.split("  ").next().unwrap_or(rest);
                 let rest = if first.starts_with('(') { rest.trim_end_matches(')') } else { rest };
                 let first = first.trim_start_matches('(');
-                format!("single values stand in braces: `{{ {first}, {rest} }}`")
+                format!("put single values in braces: `{{ {first}, {rest} }}`")
             }
             "match" => format!("each thing has a `match` of its own: write `match {rest}` on the next line"),
             _ if self.expects("`}`") => {
@@ -292,7 +293,7 @@ impl Stop<'_> {
         let signs = ["<", ">", "<=", ">=", "==", "!="];
         let compared = || self.read().tokens().any(|token| signs.contains(&token.text));
         (signs.contains(&self.found) && compared()).then(|| {
-            let help = "comparisons do not chain: join two of them, as in `1 < x and x < 3`";
+            let help = "comparisons cannot be chained: join two of them with `and`, as in `1 < x and x < 3`";
             (help.to_owned(), None)
         })
     }
@@ -321,7 +322,10 @@ impl Stop<'_> {
         // The name of the part comes last.
         let (to, name) =
             to.split_once(" as ").map_or((to, String::new()), |(to, name)| (to, format!(" as {name}")));
-        Some((format!("say where to before `{early}`: `{what} to {} {}{name}`", to.trim(), own.trim()), None))
+        Some((
+            format!("give the port before `{early}`: `{what} to {} {}{name}`", to.trim(), own.trim()),
+            None,
+        ))
     }
 
     /// `match p : wheel or ski`
@@ -332,7 +336,7 @@ impl Stop<'_> {
         let (name, one) = (bound.split_whitespace().next_back()?, one.trim());
         let other = self.unread("or".len()).rest_of_line().split_whitespace().next()?;
         let help = format!(
-            "a pattern names one kind or group: `match {name} : part where {name} is {one} or {name} is {other}`"
+            "a `match` names one kind or group: `match {name} : part where {name} is {one} or {name} is {other}`"
         );
         Some((help, None))
     }
@@ -368,11 +372,10 @@ impl Stop<'_> {
         let gathers = ["sum", "mean", "count", "min", "max", "forall", "exists"].contains(&last);
         let help = match self.found {
             "of" if self.expects("`in`") => {
-                "say over which things it runs with `in`, and of what with `of`: \
-                 `max over e in elements of e.size`"
+                "write `in` before the group and `of` before the value: `max over e in elements of e.size`"
             }
             ")" | "," if self.expects("`:`") && self.piece.first_word() == "let" => {
-                "say of which kind a parameter is: `let half(x : Length) = x / 2`"
+                "give the parameter a type: `let half(x : Length) = x / 2`"
             }
             "{" if self.expects("`where`") => {
                 "a condition follows `where`: `match s : step where s adds part`"
@@ -387,13 +390,13 @@ impl Stop<'_> {
                 "a range is written with two dots: `0 deg .. 90 deg`"
             }
             _ if self.expects("`{`") && self.clause() == "case" => {
-                "its values stand in braces: `case ice { ground_friction = 0.2 }`"
+                "put its values in braces: `case ice { ground_friction = 0.2 }`"
             }
             _ if self.expects("`with`") && self.piece.first_word() == "actuate" => {
                 "say which kind follows which actuation: `actuate bender with two_sided_pac`"
             }
             _ if self.expects("a value") && last == "=" && self.is_colour() => {
-                "a `#` begins a comment; a colour stands in quotes: `\"#a0522d\"`"
+                "put the colour in quotes: `\"#a0522d\"`; a `#` without quotes begins a comment"
             }
             _ if self.expects("`else`")
                 && self.expected.iter().all(|e| ["`else`", "an operator"].contains(e)) =>
@@ -410,17 +413,17 @@ impl Stop<'_> {
             }
             _ if matches!(last, "elif" | "elseif") => "write `else if`",
             _ if last == "passive" && self.piece.first_word() == "joint" => {
-                "`passive` stands at the end: `joint = bend about y passive`"
+                "put `passive` at the end: `joint = bend about y passive`"
             }
             _ if self.expects("`of`")
                 && self.before().contains(" over ")
                 && self.found.starts_with(char::is_alphabetic) =>
             {
-                "say of what with `of`: `min over w in workshop of travel`"
+                "write `of` before the value: `min over w in workshop of travel`"
             }
-            _ if self.expects("`->`") => "what leads to what is written `VALUE -> RESULT`",
+            _ if self.expects("`->`") => "write each case as `VALUE -> RESULT`",
             _ if self.expects("`:`") && self.expects("`where`") && self.before().contains("in ") => {
-                "a `:` stands before what must hold: `forall p in part: p.mass < 9 g`"
+                "put a `:` before the condition: `forall p in part: p.mass < 9 g`"
             }
             _ if self.expects("a text in quotes") && last == "because" => {
                 "write the reason in quotes: `because \"the box is small\"`"
@@ -437,15 +440,14 @@ impl Stop<'_> {
         let last = after.rest_of_line().is_empty() || after.first().is_some_and(|t| t.text == "}");
         last.then(|| {
             let fix = Fix::replace(self.span(1), "", format!("remove `{sign}`"));
-            (format!("a line needs no `{sign}` at its end"), Some(fix))
+            (format!("remove the `{sign}`"), Some(fix))
         })
     }
 
     /// A calculated time after `at`.
     fn time(&self) -> Option<(String, Option<Fix>)> {
         (self.found == "-" && self.last() == "at").then(|| {
-            let help = "times count from the start of the motion, which is 0 s; a time that is calculated \
-                        stands in brackets: `at (end - 1 s)`";
+            let help = "times count from the start of the motion, which is 0 s; put a calculated time in brackets: `at (end - 1 s)`";
             (help.to_owned(), None)
         })
     }

@@ -114,7 +114,7 @@ impl Strange {
         match self.kind {
             Kind::Blank(c) => Diagnostic::new(Code::SYNTAX, span, invisible(c))
                 .label("looks like a space, but is another character")
-                .help("replace it by a space; such characters come along when text is pasted")
+                .help("replace it with a space; pasted text often contains such characters")
                 .fix(Fix::replace(span, " ", "replace an invisible character by a space")),
             Kind::Nothing(c) => Diagnostic::new(Code::SYNTAX, span, invisible(c))
                 .label("something is here that cannot be seen")
@@ -133,7 +133,7 @@ fn invisible(c: char) -> String {
         '\u{200B}' => "a zero-width space",
         _ => "an invisible character",
     };
-    format!("{name} (U+{:04X}) stands here", u32::from(c))
+    format!("unexpected character: {name} (U+{:04X})", u32::from(c))
 }
 
 /// A text that begins at `quote` and is not closed before its line ends at `end`.
@@ -170,7 +170,7 @@ mod tests {
     fn invisible_characters_become_spaces_or_nothing() {
         let (messages, text) = mended("let a\u{A0}= 3 # not\u{A0}here\nlet b\u{200B} = \"nor\u{A0}here\"\n");
         assert_eq!(text, "let a = 3 # not\u{A0}here\nlet b = \"nor\u{A0}here\"\n");
-        assert_eq!(messages[0], "a no-break space (U+00A0) stands here");
+        assert_eq!(messages[0], "unexpected character: a no-break space (U+00A0)");
         assert_eq!(messages.len(), 2);
     }
 

@@ -151,7 +151,7 @@ impl<'a> Assembly<'a> {
             let ItemKind::Example(name, _) = &item.kind else { continue };
             self.report(
                 Diagnostic::new(Code::UNUSED, name.span, format!("the example `{}` is never run", name.text))
-                    .label("this text is no grammar: it has no `grammar NAME`")
+                    .label("this file is not a grammar: it lacks `grammar NAME`")
                     .help("move it into a grammar that uses this module, or write `grammar NAME` above all other declarations"),
             );
         }
@@ -242,7 +242,7 @@ impl<'a> Assembly<'a> {
             if program.is_only_variant() && takes_part_only(&item.kind) && !program.takes_part(declaration) {
                 idle.push((
                     name.span,
-                    format!("`{}` is imported, but takes no part in the variant", name.text),
+                    format!("`{}` is imported, but is not part of the variant", name.text),
                 ));
             } else if !by_itself && !used(&declaration, self) {
                 idle.push((name.span, format!("`{}` is imported, but nothing uses it", name.text)));
@@ -253,11 +253,15 @@ impl<'a> Assembly<'a> {
         });
         let mut unused: Vec<Diagnostic> = unused.collect();
         unused.extend(beside.into_iter().map(|(place, word, which)| {
-            Diagnostic::new(Code::UNUSED, place, format!("{which} `{word}` takes no part in the variant"))
-                .label("outside of its braces")
-                .help(format!(
-                    "write it inside the braces: `add {word} ...`, or `replace {word} ...` for what the base has"
-                ))
+            Diagnostic::new(
+                Code::UNUSED,
+                place,
+                format!("{which} `{word}` is not part of the variant"),
+            )
+            .label("outside of its braces")
+            .help(format!(
+                "write it inside the braces: `add {word} ...`, or `replace {word} ...` for what the base has"
+            ))
         }));
         // What a variant in between changes, another may have put something else in the place of.
         let own = program.name.as_ref().map(|name| name.text.as_str());
@@ -315,7 +319,7 @@ impl<'a> Assembly<'a> {
         });
         let (words, lines): (Vec<&str>, Vec<&str>) = missing.unzip();
         if !words.is_empty() && !self.is_partial() {
-            let message = format!("this grammar has no {}", super::expressions::names::listed(&words, "or"));
+            let message = format!("this grammar lacks {}", super::expressions::names::listed(&words, "and"));
             self.report(
                 Diagnostic::new(Code::MISSING_ITEM, span, message)
                     .label("incomplete")

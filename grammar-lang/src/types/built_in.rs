@@ -61,7 +61,7 @@ pub(super) fn built_in(name: &Name) -> Diagnostic {
         Some(meaning) => format!("built in: {}{}", meaning[..1].to_lowercase(), &meaning[1..]),
         None => "this name is built in".to_owned(),
     };
-    Diagnostic::new(Code::BUILT_IN, name.span, format!("`{text}` means something in the language already"))
+    Diagnostic::new(Code::BUILT_IN, name.span, format!("`{text}` is already the name of a built-in word"))
         .label(label)
         .help(format!("choose another name, such as `own_{text}`"))
 }

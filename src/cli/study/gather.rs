@@ -13,7 +13,7 @@ use crate::study::outcome::outcomes;
 use crate::study::standing::Standing;
 use crate::study::tables::Gathered;
 
-/// Write the page and the tables of a study, also while it goes on
+/// Write the page and the tables of a study, even while it is running
 #[derive(Args)]
 pub(super) struct Gather {
     /// The folder of the study
@@ -22,7 +22,7 @@ pub(super) struct Gather {
     /// Where to write the page and the tables [default: report/ in DIR]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Write into a folder that holds other things, and replace files of the same names
+    /// Write into a folder that contains other files, and replace files with the same names
     #[arg(long)]
     force: bool,
 }

@@ -22,15 +22,15 @@ use crate::study::folder;
 
 /// Do all runs of a study: every combination of its grammars, variants and parameters, with several seeds
 ///
-/// FILE is a TOML file; docs/studies.md says what is in it. All of it is checked before anything runs. Given
-/// again, the command goes on with what is not complete. At the end, and by `sgc study gather`, it writes a page
+/// FILE is a TOML file; docs/studies.md says what is in it. All of it is checked before anything runs. Run
+/// the same command again to continue with the runs that are not complete. At the end, and by `sgc study gather`, it writes a page
 /// that says which parameter matters and by how much.
 #[derive(Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(super) struct Study {
     #[command(subcommand)]
     command: Option<Command>,
-    /// The study: its file, or its folder to go on as it was
+    /// The study: its file, or its folder to continue it unchanged
     #[arg(value_name = "FILE|DIR", required = true)]
     file: Option<PathBuf>,
     #[command(flatten)]
@@ -56,13 +56,13 @@ struct Place {
 /// How the work is done; the results do not depend on it.
 #[derive(Args, Clone, Debug)]
 struct Threads {
-    /// Threads to use, one for each run as long as there are as many runs [default: all cores]
+    /// Threads to use: one for each run, while at least as many runs as threads are left [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// Save a checkpoint of each run about this often
     #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5s")]
     checkpoint: (String, Duration),
-    /// No progress, only the result
+    /// Print only the result, and no progress
     #[arg(short, long)]
     quiet: bool,
 }

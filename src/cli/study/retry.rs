@@ -18,7 +18,7 @@ pub(super) struct Retry {
     /// The folder of the study
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Begin them anew, and remove what they have so far [default: go on from their checkpoints, where they have one]
+    /// Start them again from the beginning, and remove their results so far [default: go on from their checkpoints, where they have one]
     #[arg(long)]
     anew: bool,
     /// Begin this run anew, whatever its state, such as a complete one whose files are damaged; may be given several times

@@ -9,7 +9,7 @@ use crate::cli::output::{self, Fault};
 use crate::study::folder::Study;
 use crate::study::standing::{Standing, reason, standing};
 
-/// Say how far the runs of a study are
+/// Show the progress of the runs of a study
 #[derive(Args)]
 pub(super) struct Status {
     /// The folder of the study

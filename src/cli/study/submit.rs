@@ -15,10 +15,10 @@ use crate::study::submit::{Engine, Submission, earlier, to_do};
 /// So many tasks at most, unless it is said how many runs each does: Slurm's own limit is 1001.
 const MOST_TASKS: usize = 1000;
 
-/// Write a script with which Slurm or HyperQueue does the runs that are not complete, and show it; with --go, submit it
+/// Write and print a script that lets Slurm or HyperQueue do the runs that are not complete; with --go, submit it
 ///
-/// All that the tasks share is the folder of the study: it must be on a file system that every node sees. After a
-/// task was killed or its time was over, submit again: only what is not complete is done.
+/// The tasks share only the folder of the study, which must be on a file system that every node can reach. If a
+/// task was killed or ran out of time, submit again: only the runs that are not complete are done.
 #[derive(Args)]
 pub(super) struct Submit {
     /// The study: its file, or its folder
@@ -32,16 +32,16 @@ pub(super) struct Submit {
     /// Submit the script
     #[arg(long)]
     go: bool,
-    /// Runs of each task [default: as few as make at most 1000 tasks]
+    /// Runs per task [default: as few as make at most 1000 tasks]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     runs_per_task: Option<u32>,
-    /// Cores of each task: it does as many of its runs at once
+    /// Cores for each task, which is also the number of its runs at a time
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
     /// The time limit of each task in minutes, 2 or more [default: the engine's own]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     minutes: Option<u32>,
-    /// Tasks that run at once at most (Slurm)
+    /// The greatest number of tasks that run at the same time (Slurm)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     at_once: Option<u32>,
     /// A line for the script, before it starts sgc, such as "module load sgc"; if it fails, so does the task. May be given several times

@@ -25,7 +25,7 @@ pub(super) struct Task {
     /// The number of the task, from 0
     #[arg(long, value_name = "K")]
     task: usize,
-    /// Runs of each task
+    /// Runs per task
     #[arg(long, value_name = "N", default_value = "1")]
     runs_per_task: usize,
     /// Stop after this time, such as 90s, 30m or 2h, with checkpoints

@@ -44,13 +44,13 @@ impl<'v> Heads<'v> {
         let (part, (whole, word)) = clash?;
         let help = match word {
             "dropped" => "take one of the two out".to_owned(),
-            _ => format!("say it in the `{head}` that replaces the other"),
+            _ => format!("make this change in the `{head}` that replaces it"),
         };
         Some(
             Diagnostic::new(
                 Code::DUPLICATE,
                 part,
-                format!("a part of `{head}` is changed, and the whole is {word} by this variant"),
+                format!("this variant changes a part of `{head}`, but the whole is {word}, too"),
             )
             .label("would be lost")
             .also(whole, format!("{word} here"))

@@ -77,7 +77,7 @@ pub(super) fn set_joint(loading: &mut Loading<'_>, module: usize, path: &[Name],
             Diagnostic::new(Code::NOTHING_TO_CHANGE, joint.word, format!("`{}` has no joint", head.text))
                 .label("not there")
                 .also(item.span, "declared here")
-                .help("an actuator has one, and a part that hangs on what holds it with a joint"),
+                .help("only an actuator, or a part that hangs on a joint, has one"),
         );
         return;
     }

@@ -97,12 +97,12 @@ impl Lowering<'_> {
                     self.errors.push(
                         unfit("this number is too large")
                             .label("larger than 1e100")
-                            .help("no quantity of a robot is so large: leave a zero or the exponent out"),
+                            .help("no quantity of a robot is this large: remove a zero or the exponent"),
                     );
                 } else if is_rounded(number.as_str(), value) {
                     self.errors.push(
-                        unfit("this whole number has more digits than are kept")
-                            .label(format!("would be {value}"))
+                        unfit("this whole number has more digits than can be stored")
+                            .label(format!("would be stored as {value}"))
                             .help("whole numbers up to 9007199254740992 are exact; write a larger one as `1e20`"),
                     );
                 }
@@ -236,7 +236,10 @@ impl Lowering<'_> {
             let (message, help) = if how == Gather::Count {
                 ("`count over` takes no `of`", "`count over x in xs where condition` counts the items")
             } else {
-                ("this aggregate lacks `of`", "say what is gathered: `sum over p in part of p.mass`")
+                (
+                    "this aggregate lacks `of`",
+                    "write `of` and the value to add up: `sum over p in part of p.mass`",
+                )
             };
             self.errors.push(Diagnostic::new(Code::SYNTAX, span, message).help(help));
             return None;

@@ -70,10 +70,14 @@ impl Declarations<'_> {
                     let value = self.drive(what, value, of_cells, &variables, &mut cx);
                     if let Some(first) = drive.replace(value) {
                         self.report(
-                            Diagnostic::new(Code::DUPLICATE, what.span, "an actuation has one `drive`")
-                                .label("another one")
-                                .also(first.span, "the first one")
-                                .help("keep one of them; angles can be added: `drive angle = a + b`"),
+                            Diagnostic::new(
+                                Code::DUPLICATE,
+                                what.span,
+                                "an actuation can have only one `drive`",
+                            )
+                            .label("another one")
+                            .also(first.span, "the first one")
+                            .help("keep one of them; angles can be added: `drive angle = a + b`"),
                         );
                     }
                 }
@@ -128,9 +132,9 @@ impl Declarations<'_> {
                 name.span,
                 format!("an actuation with the {word} `{}` cannot drive valves", name.text),
             )
-            .label("changes in the motion")
+            .label("changes during the motion")
             .help(
-                "valves repeat a cycle that is known before: use `vary` and `shared` to say when they open",
+                "valves repeat a cycle that is fixed in advance: use `vary` and `shared` to say when they open",
             ),
         );
     }
@@ -332,9 +336,9 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::DUPLICATE,
                     per.span,
-                    "a shared variable has one value for the whole body",
+                    "a shared variable cannot have `per`: it has one value for the whole body",
                 )
-                .label("which one counts?")
+                .label("only one of them can count")
                 .help("write `vary` instead of `shared`, or take `per` out"),
             );
             return None;
@@ -355,7 +359,7 @@ impl Declarations<'_> {
                 Ty::Unknown => return None,
                 ref other => {
                     self.report(
-                        Diagnostic::new(Code::WRONG_TYPE, one.span, "actuators are grouped by a number")
+                        Diagnostic::new(Code::WRONG_TYPE, one.span, "`per` needs a number")
                             .label(format!("this is {}", article(other)))
                             .help("write for example `per a.channel`, or `per [a is finger, a.level]` for several at once"),
                     );
@@ -437,9 +441,9 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::WRONG_TYPE,
                     from.span,
-                    format!("`{}` has {many} values", variable.name.text),
+                    format!("`{}` needs {many} values", variable.name.text),
                 )
-                .label(format!("here are {}", items.len()))
+                .label(format!("{} values", items.len()))
                 .help("give one value for each item"),
             );
             return None;
@@ -457,7 +461,7 @@ impl Declarations<'_> {
                     format!("`{}` begins outside its domain", variable.name.text),
                 )
                 .label("outside")
-                .help("begin within the domain"),
+                .help("choose a first value within the domain"),
             );
             return None;
         }
@@ -487,7 +491,7 @@ impl Declarations<'_> {
             (Ty::Unknown, _) => return None,
             (Ty::Bool, None) => return Some((0.0, 1.0)),
             (Ty::Bool, Some(domain)) => {
-                let message = format!("`{}` is a Bool, which has no domain", name.text);
+                let message = format!("`{}` is a Bool, and cannot have a domain", name.text);
                 Diagnostic::new(Code::WRONG_TYPE, domain.span, message).label("a domain would have no effect").help(
                     format!(
                         "leave the domain out, and write `{0} : Bool flip 0.1`; for a fixed value, write `let {0} = false`",
@@ -518,11 +522,11 @@ impl Declarations<'_> {
             }
             (Ty::Quantity(_) | Ty::Count, None) => {
                 Diagnostic::new(Code::MISSING_FIELD, name.span, format!("`{}` has no domain", name.text))
-                    .label("between which values?")
+                    .label("without a domain")
                     .help("write `in LEAST .. GREATEST` after its type")
             }
             _ => {
-                let message = "the search varies quantities, Counts and Bools";
+                let message = "only a quantity, a Count or a Bool can be varied";
                 Diagnostic::new(Code::WRONG_TYPE, variable.ty.span, message).label("not one of these")
             }
         };
@@ -536,7 +540,7 @@ impl Declarations<'_> {
         let mut mutating = Context::new(Stage::Mutation, cx.damaged);
         let (label, help) = match (ty, &variable.mutate, &variable.flip) {
             (Ty::Bool, None, Some(p)) => return Some((self.chance(p, &mut mutating), ir::Kernel::Flip)),
-            (Ty::Bool, ..) => ("how often does it change?", "write `flip 0.1` after its type"),
+            (Ty::Bool, ..) => ("without `flip`", "write `flip 0.1` after its type"),
             (_, Some((p, kernel)), None) => {
                 let p = self.chance(p, &mut mutating);
                 let wanted = match ty {
@@ -554,7 +558,7 @@ impl Declarations<'_> {
                 let normal = function == ir::Function::Normal;
                 return Some((p, if normal { ir::Kernel::Normal(a, b) } else { ir::Kernel::Uniform(a, b) }));
             }
-            _ => ("how does it change?", "write `mutate 0.5 by normal(0, ...)` after its domain"),
+            _ => ("without `mutate`", "write `mutate 0.5 by normal(0, ...)` after its domain"),
         };
         let message = format!("`{}` is never varied", name.text);
         self.report(Diagnostic::new(Code::MISSING_FIELD, name.span, message).label(label).help(help));
@@ -567,7 +571,7 @@ impl Declarations<'_> {
             && !(0.0..=1.0).contains(&p)
         {
             self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, "a probability lies within 0 .. 1")
+                Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, "a probability must lie within 0 .. 1")
                     .label(format!("this is {p}"))
                     .help("write for example `0.3` or `30 %`"),
             );

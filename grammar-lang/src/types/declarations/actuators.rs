@@ -66,7 +66,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::OUT_OF_DOMAIN,
                     tree.span,
-                    "a row whose speed is a table rests where it is attached",
+                    "an actuator whose speed is a table cannot have a `neutral`",
                 )
                 .label("the table begins at a bend of 0")
                 .help("give it a speed that is one number, or leave `neutral` out"),
@@ -163,7 +163,7 @@ impl Declarations<'_> {
             };
             let label = match (kind, row.of) {
                 (JointKind::Bend, Owner::Row) => "the actuator is straight at rest",
-                _ => "it begins there",
+                _ => "the joint begins there",
             };
             let example = if kind == JointKind::Slide { example } else { "0 deg .. 90 deg" };
             self.report(
@@ -176,7 +176,7 @@ impl Declarations<'_> {
                 .help(match row.passive && kind != JointKind::Socket && low < high {
                     false if row.passive || low >= high => format!("write for example `{name} = {example}`"),
                     false => format!(
-                        "write for example `{name} = {example}`; if it is made bent, say so by `neutral`"
+                        "write for example `{name} = {example}`; if the actuator is made bent, give the angle as `neutral`"
                     ),
                     true => {
                         let ty = Ty::Quantity(kind.position());
@@ -307,10 +307,11 @@ impl Declarations<'_> {
         });
         let misspelt = declared.filter(|_| written.is_none()).find(|name| misspells_segments(&name.text));
         if let Some(name) = misspelt {
-            let message = format!("`{}` has no parameter `segments`, but `{}`", block.name.text, name.text);
+            let message =
+                format!("`{}` has the parameter `{}`, but not `segments`", block.name.text, name.text);
             self.report(
                 Diagnostic::new(Code::MISSING_FIELD, name.span, message)
-                    .label("is this misspelt?")
+                    .label("probably misspelt")
                     .help("did you mean `segments`?")
                     .fix_if(respell(name.span, &name.text, ["segments"])),
             );
@@ -328,7 +329,7 @@ impl Declarations<'_> {
             (Some(param), Some(ir::InstanceParam { ty, .. })) if *ty != Ty::Count => Diagnostic::new(
                 Code::WRONG_TYPE,
                 param.ty.span,
-                "`segments` says how many there are: it is a Count",
+                "`segments` must be a Count: it is the number of segments",
             )
             .label(format!("this is {}", crate::types::expressions::fit::article(ty))),
             (Some(param), Some(ir::InstanceParam { domain, .. })) => {
@@ -343,7 +344,7 @@ impl Declarations<'_> {
                         "the number of `segments` must lie within 2 .. 64",
                     )
                     .label(if domain.is_some() {
-                        "reaches further"
+                        "goes beyond this range"
                     } else {
                         "no domain"
                     }),

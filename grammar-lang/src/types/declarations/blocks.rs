@@ -54,8 +54,9 @@ impl Declarations<'_> {
                         continue;
                     };
                     if matches!(item.kind, ast::ItemKind::Param(_)) {
-                        let message =
-                            format!("`{name}` is one value of the body, and is set anew for each repetition");
+                        let message = format!(
+                            "`{name}` has one value for the whole body, but this sets it in each repetition"
+                        );
                         self.report(
                             Diagnostic::new(Code::BAD_VALUE, clause.span, message)
                                 .label("only the last one would count")
@@ -153,8 +154,8 @@ impl Declarations<'_> {
     fn tell_of_nothing_below(&mut self, span: Span, cx: &Context) {
         if !cx.damaged {
             self.report(
-                Diagnostic::new(Code::NO_EFFECT, span, "nothing stands below this in the block")
-                    .label("it is for nothing")
+                Diagnostic::new(Code::NO_EFFECT, span, "nothing follows this condition in the block")
+                    .label("has no effect")
                     .help("say below it what is done: `attach`, `set`, `remove` or `replace`"),
             );
         }
@@ -185,7 +186,7 @@ impl Declarations<'_> {
                 "move it above the block, or write the value where it is read: a `let` of a rule does not see what the block repeats"
             }
             "then" => {
-                "end the block above it, and begin another one below it: `then` stands between the clauses of a rule"
+                "end the block before `then`, and begin another one after it: `then` cannot be inside a block"
             }
             _ => "move it out of the block",
         };

@@ -250,9 +250,7 @@ impl Declarations<'_> {
                     format!("`{}` needs a value for `{}`", name.text, missing.join("`, `")),
                 )
                 .label("incomplete")
-                .help(
-                    "an example leaves nothing to chance: give everything that the rule matches and chooses",
-                ),
+                .help("in an example, give a value for everything that the rule matches and chooses"),
             );
             return None;
         }
@@ -274,8 +272,8 @@ impl Declarations<'_> {
             format!("it takes: {}", settable.join(", "))
         };
         self.report(
-            Diagnostic::new(Code::WRONG_ARGUMENTS, place, "values are given by name")
-                .label("a value of what?")
+            Diagnostic::new(Code::WRONG_ARGUMENTS, place, "the values of a step must be given by name")
+                .label("without a name")
                 .help(help),
         );
     }

@@ -149,7 +149,7 @@ impl Declarations<'_> {
                 && crate::types::expressions::is_type(&is)
                 && !help.starts_with("declare it")
             {
-                error.help = Some(format!("declare it as `{is}`, or: {help}"));
+                error.help = Some(format!("declare it as `{is}`. Or {help}"));
             }
             self.expressions.errors.add(error);
         }

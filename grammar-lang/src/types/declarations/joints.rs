@@ -178,7 +178,7 @@ impl Declarations<'_> {
             (None, place) => {
                 let span = place.map_or(word.span, |(_, span)| span);
                 self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, span, "this is no joint")
+                    Diagnostic::new(Code::WRONG_TYPE, span, "this is not a joint")
                         .label("not the name of a joint")
                         .help(JOINTS),
                 );
@@ -236,9 +236,9 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::UNKNOWN_FIELD,
                     name.span,
-                    "a twist is about a row, and a part is no row",
+                    "a part cannot twist: only a row of segments can",
                 )
-                .label("about what?")
+                .label("a part has no row to twist about")
                 .help("name the axis in the frame of the part: `joint = bend about x passive`"),
             );
             return None;
@@ -246,7 +246,7 @@ impl Declarations<'_> {
         if !passive && (of == Owner::Part || kind == JointKind::Socket) {
             let (message, help) = match of {
                 Owner::Part => {
-                    ("nothing can drive the joint of a part", "an `actuator` is driven; of a part")
+                    ("nothing can drive the joint of a part", "only an `actuator` can be driven; for a part")
                 }
                 Owner::Row => {
                     ("nothing can drive a socket", "a row that bends or twists can be driven; of a socket")
@@ -272,17 +272,17 @@ impl Declarations<'_> {
         let Some(wanted) = kind.axis_word() else {
             let (message, help) = match kind {
                 JointKind::Socket => (
-                    "a socket turns about every axis",
+                    "a socket cannot have an axis: it turns about every axis",
                     "write `joint = socket passive`, or `joint = bend about y passive` for one axis",
                 ),
                 _ => (
-                    "a twist is always about the row itself",
+                    "a twist cannot have an axis: it is always about the row itself",
                     "write `joint = twist`, or `joint = bend about y` for another axis",
                 ),
             };
             self.report(
                 Diagnostic::new(Code::UNKNOWN_FIELD, word.span, message)
-                    .label("it has no other axis")
+                    .label("not possible here")
                     .help(help),
             );
             return None;
@@ -354,9 +354,13 @@ impl Declarations<'_> {
         };
         if row.of == Owner::Row && kind == JointKind::Bend && !is_across(axis) {
             self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "a row bends about an axis across it")
-                    .label("this axis lies along the row")
-                    .help("a turn about the row is `joint = twist`"),
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    "a row can bend only about an axis across it",
+                )
+                .label("this axis lies along the row")
+                .help("to turn about the row, write `joint = twist`"),
             );
             return None;
         }
@@ -387,9 +391,13 @@ impl Declarations<'_> {
             && let Some((_, tree)) = from.values.get("neutral")
         {
             self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "what is driven rests within its range")
-                    .label(format!("outside `{}`", kind.range()))
-                    .help("only the spring of a passive joint can press on an end of the range"),
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    "the `neutral` of a driven joint must lie within its range",
+                )
+                .label(format!("outside `{}`", kind.range()))
+                .help("only the spring of a passive joint can press on an end of the range"),
             );
         }
         let begins = match from.values.contains_key("begins") {
@@ -403,9 +411,9 @@ impl Declarations<'_> {
             && let Some((_, tree)) = from.values.get("begins")
         {
             self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "a joint begins within its range")
+                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "a joint must begin within its range")
                     .label(format!("outside `{}`", kind.range()))
-                    .help("choose a place inside, or widen the range"),
+                    .help("choose a value inside the range, or widen the range"),
             );
         }
         let pivot = match from.values.contains_key("pivot") {
@@ -453,12 +461,12 @@ impl Declarations<'_> {
             Diagnostic::new(
                 Code::OUT_OF_DOMAIN,
                 tree.span,
-                "a socket turns by at most 80 deg about each axis",
+                "a socket can turn by at most 80 deg about each axis",
             )
             .label(if joints > 1.0 {
                 format!("that is {most} deg for the {joints} joints of the shortest row")
             } else {
-                "reaches further".to_owned()
+                "goes beyond this range".to_owned()
             })
             .help("narrow the range, for example to `-60 deg .. 60 deg`"),
         );
@@ -497,20 +505,20 @@ pub(super) fn belongs_elsewhere(field: &str, row: Row<'_>) -> Option<String> {
     let kind = row.kind;
     let spin = kind == JointKind::Spin;
     Some(match field {
-        "bend" | "range" if spin => "a spin goes on and on: it has no end".to_owned(),
+        "bend" | "range" if spin => "remove this: a spin has no limits".to_owned(),
         "pivot" if row.of == Owner::Row => {
             "the joints of a row are in the middle between its segments: only a part that hangs on a joint has `pivot`".to_owned()
         }
-        "pivot" => "what slides has a direction and no place: leave it out".to_owned(),
+        "pivot" => "remove `pivot`: a joint that slides has a direction, but no pivot".to_owned(),
         "neutral" | "begins" if kind == JointKind::Socket => {
             "a socket rests, and begins, where its part is attached: tilt the port (`facing`), or turn the part".to_owned()
         }
         "begins" if !row.passive => {
-            "what is driven begins where it rests, at its `neutral`: only a passive joint can begin elsewhere".to_owned()
+            "remove `begins`: a driven joint begins at its `neutral`; only a passive joint can begin elsewhere".to_owned()
         }
         "stiffness" | "relaxing_speed" | "neutral" | "begins" if spin => match row.passive {
-            true => "a free axle has no spring: `damping` is all that slows it".to_owned(),
-            false => "a spin is driven by its speed: `damping` says how hard it holds that".to_owned(),
+            true => "remove this: a free axle has no spring, and only `damping` slows it".to_owned(),
+            false => "remove this: a spin is driven by its speed, and `damping` says how firmly it holds this speed".to_owned(),
         },
         "torque" | "effort" | "bending_speed" | "speed" | "relaxing_speed" if row.passive => {
             let what = if row.of == Owner::Part { "the joint of a part" } else { "a passive row" };

@@ -116,7 +116,7 @@ impl Declarations<'_> {
                     Diagnostic::new(
                         Code::OUT_OF_DOMAIN,
                         side.span,
-                        "a lattice has at least one place along each side",
+                        "a lattice must have at least one place along each side",
                     )
                     .label(format!("this is {n}"))
                     .help("write for example `lattice 15 x 15 x 15 of soft`"),
@@ -131,7 +131,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::OUT_OF_DOMAIN,
                     span,
-                    format!("a lattice has at most {MOST_PLACES} places"),
+                    format!("a lattice can have at most {MOST_PLACES} places"),
                 )
                 .label(format!("{places} places are more than can be simulated"))
                 .help("write for example `lattice 15 x 15 x 15 of soft`, which has 3375"),
@@ -271,7 +271,7 @@ impl Declarations<'_> {
         } else {
             (
                 "the bodies of this grammar are made of parts: there are no cells",
-                "about cells",
+                "only for lattices",
                 "declare a `lattice`, or write `match p : part` and `attach`",
             )
         };
@@ -338,7 +338,7 @@ impl Declarations<'_> {
                     "simulate all of them with hinges, or all with the same balls",
                 ),
                 (false, ir::Method::Balls(Some(_))) if odd.is_some() => (
-                    "balls that are strained can bend a row that rests straight or make it longer, and nothing else",
+                    "a model of balls can only bend a row that rests straight, or lengthen it",
                     "simulate twists, spins, sockets, slides across the row and rows that rest bent (`neutral`) with a model of hinges, such as `hinge_model` of `std.models`",
                 ),
                 (false, ir::Method::Balls(Some(_))) if jointed => (

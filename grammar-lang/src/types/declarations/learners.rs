@@ -146,10 +146,10 @@ impl Of {
                 return Some(misfit(
                     *place,
                     format!(
-                        "`{with}` varies `{}`, and `{learner}` learns the weights of a policy only",
+                        "`{with}` varies `{}`, but `{learner}` learns only the weights of a policy",
                         variable.name
                     ),
-                    "a value that no learner can find",
+                    "a learner cannot tune this value",
                     "give it a fixed value with `let`, or search by `cma_es`, which tunes such values and weights together",
                 ));
             }
@@ -160,7 +160,7 @@ impl Of {
                 let (is, help) = if self.within_range {
                     (
                         "one of several values",
-                        "let it be within a range, as in `in -1 .. 1`, or search by `double_dqn`",
+                        "give the action a range, as in `in -1 .. 1`, or search with `double_dqn`",
                     )
                 } else {
                     (
@@ -172,9 +172,9 @@ impl Of {
                 return Some(misfit(
                     *place,
                     format!(
-                        "the action `{name}` of `{with}` is {is}, and `{learner}` cannot learn such actions"
+                        "the action `{name}` of `{with}` is {is}, but `{learner}` cannot learn such actions"
                     ),
-                    "not of its kind",
+                    "its actions do not fit the method",
                     help,
                 ));
             }
@@ -212,10 +212,10 @@ impl Of {
         }
         let policy = policies.get(name)?;
         if policy.reward.is_none() {
-            let message = format!("`{name}` has no `reward`, and `{learner}` learns by one");
+            let message = format!("`{name}` lacks a `reward`, which `{learner}` learns from");
             return Some(
                 Diagnostic::new(Code::MISSING_FIELD, policy.span, message)
-                    .label("says nothing of what is good")
+                    .label("without a `reward`")
                     .help("add for example `reward = (first(elements).velocity at now).x / (5 cm/s)`"),
             );
         }

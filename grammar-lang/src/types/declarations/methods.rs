@@ -249,7 +249,7 @@ impl Declarations<'_> {
 
     fn not_a_descriptor(&mut self, name: &Name) {
         self.report(
-            Diagnostic::new(Code::UNKNOWN_FIELD, name.span, "descriptors are blocks, not values")
+            Diagnostic::new(Code::UNKNOWN_FIELD, name.span, "a descriptor must be a block, not a value")
                 .label("not a block")
                 .help(format!("write for example `{EXAMPLE}`")),
         );
@@ -290,7 +290,7 @@ impl Declarations<'_> {
             Ty::Unknown => None,
             _ => {
                 self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, tree.span, "a descriptor is a quantity")
+                    Diagnostic::new(Code::WRONG_TYPE, tree.span, "a descriptor must be a quantity")
                         .label(format!("this is {}", value.ty))
                         .help("write for example `value = count(part)`"),
                 );
@@ -307,7 +307,7 @@ impl Declarations<'_> {
                 let ExprKind::Word(Word::Search(word)) = e.kind else { return false };
                 let lacks = match word {
                     SearchWord::Tuned if *which == Loop::Bodies => Some((
-                        "only a loop over curves knows how often the curves were tuned",
+                        "`tuned` can be read only in a loop over curves",
                         "read `tuned` within `curves METHOD { ... }`",
                     )),
                     SearchWord::Parent if *which == Loop::Bodies => Some((
@@ -316,13 +316,13 @@ impl Declarations<'_> {
                     )),
                     _ if method.has(word) => None,
                     SearchWord::Deviation => {
-                        Some(("`deviation` needs a random walk, and this search has none", "add `walk = 50`"))
+                        Some(("`deviation` needs a random walk, but this search has none", "add `walk = 50`"))
                     }
                     SearchWord::Spread => Some((
-                        "only `cma_es` has a spread",
+                        "`spread` can be read only in `cma_es`",
                         "write `temperature` here, or search by `cma_es` with `spread = 30 %`",
                     )),
-                    _ => Some(("only annealing has temperatures and chains", "leave it out")),
+                    _ => Some(("`temperature` and `chain` can be read only in annealing", "leave it out")),
                 };
                 found.extend(lacks.map(|lacks| (e.span, lacks)));
                 false

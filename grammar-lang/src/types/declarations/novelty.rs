@@ -122,7 +122,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::WRONG_TYPE,
                     value.span,
-                    "a feature is a quantity, a Count, a Bool or a value of an enumeration",
+                    "a feature must be a quantity, a Count, a Bool or a value of an enumeration",
                 )
                 .label(format!("this is {}", article(&ty)))
                 .help("compare designs by a value that two designs can share, such as `count(actuator)`"),
@@ -197,7 +197,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::MISSING_FIELD,
                     block.name.span,
-                    format!("{:?} has no value for: {}", block.name.text, missing.join(", ")),
+                    format!("{:?} lacks a value for the feature `{}`", block.name.text, missing.join(", ")),
                 )
                 .label("incomplete")
                 .help("a known design has a value for each feature"),
@@ -252,10 +252,14 @@ impl Declarations<'_> {
 
     fn twice(&mut self, name: &Name, first: Span, what: &str) {
         self.report(
-            Diagnostic::new(Code::DUPLICATE, name.span, format!("there is a second {what} `{}`", name.text))
-                .label("again")
-                .also(first, "the first one")
-                .help("choose another name, or keep one of them"),
+            Diagnostic::new(
+                Code::DUPLICATE,
+                name.span,
+                format!("the {what} `{}` is declared twice", name.text),
+            )
+            .label("again")
+            .also(first, "the first one")
+            .help("choose another name, or keep one of them"),
         );
     }
 }

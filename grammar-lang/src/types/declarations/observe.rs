@@ -39,11 +39,11 @@ impl Declarations<'_> {
                     Diagnostic::new(
                         Code::WRONG_TYPE,
                         name.span,
-                        "what is observed is a quantity, a Count, a Bool or a value of an enumeration",
+                        "only a quantity, a Count, a Bool or a value of an enumeration can be observed",
                     )
                     .label(format!("this is {}", crate::types::expressions::fit::article(&ty)))
                     .also(place, "declared here")
-                    .help("observe a number that describes its important property, such as `height(...)`"),
+                    .help("observe a number that you compute from it, such as `height(...)`"),
                 ),
             }
         }

@@ -135,7 +135,7 @@ impl Declarations<'_> {
         }
         if ports.len() > 64 {
             self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, block.name.span, "a part has at most 64 ports")
+                Diagnostic::new(Code::OUT_OF_DOMAIN, block.name.span, "a part can have at most 64 ports")
                     .label(format!("this one has {}", ports.len()))
                     .help("declare fewer, or narrow the ranges of their numbers"),
             );
@@ -228,7 +228,7 @@ impl Declarations<'_> {
         if let Some((name, domain)) = &port.index {
             let ty = Ty::Domain(Box::new(Ty::Count));
             let mut outside = Context::new(cx.stage, cx.damaged);
-            let domain = self.expressions.expect(domain, &mut outside, &ty, "the numbers of the ports");
+            let domain = self.expressions.expect(domain, &mut outside, &ty, "the number of a port");
             let Value::Domain(domain) = self.expressions.constant(&domain)? else { return None };
             numbers = domain.items().take(65).filter_map(|v| v.as_number()).collect();
             self.expressions.bind(name, Ty::Count, &mut cx);
@@ -293,7 +293,7 @@ impl Declarations<'_> {
         if let (Some((mass, _)), Some((name, _))) = (from.values.get("mass"), from.values.get("density")) {
             self.report(
                 Diagnostic::new(Code::DUPLICATE, name.span, "mass and density are both given")
-                    .label("which one counts?")
+                    .label("only one of them can count")
                     .also(mass.span, "the mass")
                     .help("keep the one that was measured"),
             );
@@ -374,12 +374,12 @@ impl Declarations<'_> {
         }
         let (message, help) = if segment {
             (
-                "a segment is a cylinder or a box",
+                "a segment must be a cylinder or a box",
                 "write `segment = cylinder(radius, length)`, or `box(length, thickness, width)` for a flat strip",
             )
         } else {
             (
-                "a passive part is a box, a sphere, a disk or a capsule",
+                "the shape of a part must be a box, a sphere, a disk or a capsule",
                 "write `box(x, y, z)`, `sphere(radius)`, `disk(radius, height)` or `capsule(radius, length)`",
             )
         };
@@ -410,7 +410,7 @@ impl Declarations<'_> {
             let Value::Text(text) = value else { return None };
             if !is_colour(&text) {
                 own.report(
-                    Diagnostic::new(Code::BAD_VALUE, span, "a colour is written as `#rrggbb`")
+                    Diagnostic::new(Code::BAD_VALUE, span, "a colour must be written as `#rrggbb`")
                         .label("not in this form")
                         .help("write for example `colour = \"#e8963c\"`"),
                 );

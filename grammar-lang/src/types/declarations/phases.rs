@@ -20,7 +20,7 @@ impl Declarations<'_> {
                     other.span,
                     "a rule that reverts a step cannot do anything else",
                 )
-                .label("this would be part of no step, and lost when the design is made again")
+                .label("this would belong to no step, and would be lost when the design is derived again")
                 .also(revert.span, "the step is reverted here")
                 .help("write two rules: one that reverts, and one for the rest"),
             );
@@ -33,7 +33,7 @@ impl Declarations<'_> {
         let Some(always) = all.next() else { return };
         for again in all {
             self.report(
-                Diagnostic::new(Code::DUPLICATE, again.span, "a rule has one `always`")
+                Diagnostic::new(Code::DUPLICATE, again.span, "a rule can have only one `always`")
                     .label("another one")
                     .also(always.span, "the first one")
                     .help("keep one of them"),
@@ -48,7 +48,8 @@ impl Declarations<'_> {
         let Some(always) = clauses.iter().find(|c| matches!(c.kind, RuleClauseKind::Always)) else {
             return false;
         };
-        let message = format!("`{}` is carried out after every step, and is none itself", name.text);
+        let message =
+            format!("`{}` cannot be a step: a rule with `always` is carried out after every step", name.text);
         self.report(
             Diagnostic::new(Code::BAD_VALUE, name.span, message)
                 .label("not a rule that is drawn")
@@ -73,8 +74,8 @@ impl Declarations<'_> {
                 name.span,
                 format!("this grammar has no rule `{}`", name.text),
             )
-            .label("it takes no part in it")
-            .also(item.span, "declared here, outside of the braces of the variant")
+            .label("not part of the variant")
+            .also(item.span, "declared here, outside the braces of the variant")
             .help(format!("write it inside the braces: `add rule {} {{ ... }}`", name.text)),
         );
         true
@@ -98,7 +99,7 @@ impl Declarations<'_> {
                 }
                 _ => continue,
             };
-            let message = format!("`{word}` cannot stand in a rule with `always`");
+            let message = format!("a rule with `always` cannot contain `{word}`");
             self.report(
                 Diagnostic::new(Code::BAD_VALUE, clause.span, message)
                     .label("it is carried out after every step")
@@ -133,7 +134,7 @@ impl Declarations<'_> {
             };
             // What could not be read may have done something.
             if !damaged {
-                let message = format!("nothing is done {side} this `then`");
+                let message = format!("there is no effect {side} this `then`");
                 self.report(
                     Diagnostic::new(Code::NO_EFFECT, then.span, message)
                         .label(format!("nothing {side} it"))
@@ -159,10 +160,9 @@ impl Declarations<'_> {
     }
 }
 
-const OVER_ALL: &str = "name all parts that it is about: `set s.load = 2 N for s in strut`";
+const OVER_ALL: &str = "name all parts that it applies to: `set s.load = 2 N for s in strut`";
 const NOT_DRAWN: &str = "take it out, or take `always` out: such a rule is never drawn";
-const ONLY_SETS: &str =
-    "write a rule of its own for it: what is carried out always only sets what parts are like";
+const ONLY_SETS: &str = "write a separate rule for it: a rule with `always` can only set parameters";
 const KNOWN_BEFORE: &str =
     "move it above `then`: what a rule matches and chooses is known before it does anything";
 const IN_A_BLOCK: &str =

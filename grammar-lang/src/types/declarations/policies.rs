@@ -80,9 +80,9 @@ impl Declarations<'_> {
         }
         if value.ty != Ty::Unknown {
             self.report(
-                Diagnostic::new(Code::WRONG_TYPE, tree.span, "a reward is a number")
+                Diagnostic::new(Code::WRONG_TYPE, tree.span, "a reward must be a number")
                     .label(format!("this is {}", article(&value.ty)))
-                    .help("divide it by what is good for the time between two decisions: `(core.velocity at now).x / (5 cm/s)`"),
+                    .help("divide it by a good value, so that the reward is about 1: `(core.velocity at now).x / (5 cm/s)`"),
             );
         }
         None
@@ -142,10 +142,12 @@ impl Declarations<'_> {
             Diagnostic::new(
                 Code::OUT_OF_DOMAIN,
                 span,
-                format!("a network has at most {MOST_LAYERS} hidden layers of 1 to {WIDEST} nodes"),
+                format!(
+                    "a network can have at most {MOST_LAYERS} hidden layers, each of 1 to {WIDEST} nodes"
+                ),
             )
             .label(label)
-            .help(format!("write for example `{name} = [16, 16]`; small networks are found sooner")),
+            .help(format!("write for example `{name} = [16, 16]`; small networks learn faster")),
         );
         None
     }
@@ -166,10 +168,10 @@ impl Declarations<'_> {
                         Diagnostic::new(
                             Code::WRONG_TYPE,
                             tree.span,
-                            "what a policy knows is a list of numbers",
+                            "the inputs after `from` must be a list of numbers",
                         )
                         .label(format!("this is {}", article(&list.ty)))
-                        .help("write them one by one, as in `[lean / 30 deg, speed / (10 cm/s)]`"),
+                        .help("write a list, as in `[lean / 30 deg, speed / (10 cm/s)]`"),
                     );
                 }
                 return None;
@@ -193,9 +195,9 @@ impl Declarations<'_> {
             let sound = matches!(item.ty, Ty::Count | Ty::Bool) || item.ty == Ty::NUMBER;
             if !sound && item.ty != Ty::Unknown {
                 self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, item.span, "a policy knows numbers and Bools")
+                    Diagnostic::new(Code::WRONG_TYPE, item.span, "an input of a policy must be a Number or a Bool")
                         .label(format!("this is {}", article(&item.ty)))
-                        .help("divide it by what is usual, so that the number lies near -1 .. 1: `bent(a) / 60 deg`"),
+                        .help("divide it by a usual value, so that the number lies near -1 .. 1: `bent(a) / 60 deg`"),
                 );
                 return None;
             }
@@ -265,7 +267,7 @@ impl Declarations<'_> {
         }
         let mut constant = Context::new(Stage::Declaration, cx.damaged);
         let wanted = Ty::Domain(Box::new(ty.clone()));
-        let what = format!("what `{}` is decided from", action.name.text);
+        let what = format!("the range of `{}`", action.name.text);
         let known = self.expressions.errors.len();
         let domain = self.expressions.expect(&action.domain, &mut constant, &wanted, &what);
         let own: Vec<&str> = cx.locals.iter().map(|local| local.name.as_str()).collect();
@@ -273,8 +275,7 @@ impl Declarations<'_> {
             if error.code == Code::UNKNOWN_NAME && own.contains(&self.environment.sources.slice(error.span()))
             {
                 error.help = Some(
-                    "the values are the same for all actuators: decide a share, as in `: Number in 0 .. 1`, and multiply it in `drive` by \
-                     what the actuator has"
+                    "all actuators have the same range of actions: let the policy decide a share, as in `: Number in 0 .. 1`, and multiply it in `drive` by a value of the actuator"
                         .to_owned(),
                 );
             }
@@ -301,9 +302,9 @@ impl Declarations<'_> {
             Diagnostic::new(
                 Code::OUT_OF_DOMAIN,
                 action.domain.span,
-                format!("a policy decides between 2 to {LONGEST} values, or within a range"),
+                format!("an action needs a range, or a set of 2 to {LONGEST} values"),
             )
-            .label(if values.len() < 2 { "nothing to decide" } else { "too many" })
+            .label(if values.len() < 2 { "only one value: there is nothing to decide" } else { "too many" })
             .help("write for example `in { -1, 0, 1 }` or `in -1 .. 1`"),
         );
         None
@@ -329,9 +330,9 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::MODEL_MISFIT,
                     place,
-                    format!("`{with}` leaves actions to `{policy}`, and the search changes bodies"),
+                    format!("`{with}` leaves actions to `{policy}`, but the search changes bodies"),
                 )
-                .label("the network is of one body")
+                .label("the network fits one body only")
                 .help("place the body with `begin` (`sgc export --to begin` writes it), and search its curves only, as `gait_evolution` of `std.search` does"),
             );
             return;

@@ -275,7 +275,7 @@ impl Declarations<'_> {
             };
             if let Some(local) = cx.locals.iter().find(is_meant) {
                 error.help = Some(format!(
-                    "this is asked before the rule makes `{}`: put what depends on it into a block, `if CONDITION {{ ... }}`",
+                    "this condition is tested before the rule makes `{}`: put what depends on it into a block, `if CONDITION {{ ... }}`",
                     local.name
                 ));
                 error.fix = None;
@@ -293,7 +293,7 @@ impl Declarations<'_> {
             };
             if let Some(name) = below.iter().find(is_meant) {
                 error.help =
-                    Some(format!("a line below makes it: move `... as {}` above this line", name.text));
+                    Some(format!("it is made further down: move `... as {}` above this line", name.text));
                 error.fix = None;
             }
             self.expressions.errors.add(error);
@@ -458,7 +458,7 @@ impl Declarations<'_> {
                     Diagnostic::new(
                         Code::DUPLICATE,
                         target.span,
-                        format!("this rule has `{verb} {text}` twice"),
+                        format!("this rule does `{verb} {text}` twice"),
                     )
                     .label("again")
                     .also(first, "the first time")

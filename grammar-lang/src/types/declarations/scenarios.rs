@@ -147,13 +147,13 @@ impl Declarations<'_> {
             && let Some((_, tree)) = from.values.get("drawn")
         {
             let message = format!(
-                "{drawn} drawn world{} of all that can be",
-                if drawn == 1.0 { " is one" } else { "s are few" }
+                "{drawn} drawn world{} too few to represent all possible worlds",
+                if drawn == 1.0 { " is" } else { "s are" }
             );
             self.report(
                 Diagnostic::new(Code::UNUSUAL, tree.span, message)
                     .label("a gait that works there may fail in most others")
-                    .help("draw 8 or more, or write what these worlds are as cases"),
+                    .help("draw 8 or more worlds, or declare these worlds as cases"),
             );
         }
         Some(drawn as usize)
@@ -194,7 +194,7 @@ impl Declarations<'_> {
                 is_sound = false;
                 self.report(
                     Diagnostic::new(Code::MISSING_FIELD, block.name.span, "this case has no name")
-                        .label("which world is it?")
+                        .label("without a name")
                         .help(format!("write for example `{EXAMPLE}`")),
                 );
                 continue;

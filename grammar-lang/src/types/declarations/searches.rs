@@ -71,7 +71,7 @@ impl Declarations<'_> {
                         block.name.span,
                         format!("`{}` has neither `bodies` nor `curves`", block.name.text),
                     )
-                    .label("searches for nothing")
+                    .label("without a loop")
                     .help("add `bodies annealing { iterations = ...  moves = ...  temperature = ...  stop = ... }`"),
                 );
             }
@@ -94,7 +94,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::BAD_SCHEDULE,
                     place,
-                    "a share of the moves is to tune curves further, but this search does not tune curves",
+                    "`further` asks for moves that tune curves, but this search does not tune curves",
                 )
                 .label("this loop has `further`")
                 .help("write `further = 0 %`, or add `curves METHOD { ... }`"),
@@ -126,14 +126,14 @@ impl Declarations<'_> {
         let (Some(keep), Some((_, tree))) = (keep, from.values.get(KEEP)) else { return };
         let (message, label, help) = if keep < LEAST_KEPT {
             (
-                "with this `keep`, a best may lose nearly all of its value at half the step",
+                "with this `keep`, the best design may lose nearly all of its value at half the step",
                 "so no check can fail",
                 "write `keep = 80 %`: otherwise the search exploits the errors of the simulation",
             )
         } else if keep == 1.0 {
             (
-                "with this `keep`, a best must lose nothing at half the step",
-                "hardly any passes",
+                "with this `keep`, a best design must lose nothing at half the step",
+                "hardly any design passes",
                 "write `keep = 80 %`: a shorter step always changes a motion a little",
             )
         } else {
@@ -188,14 +188,10 @@ impl Declarations<'_> {
         if found.is_none() {
             let words = Judge::ALL.map(Judge::text);
             self.report(
-                Diagnostic::new(
-                    Code::BAD_VALUE,
-                    tree.span,
-                    "`judge` says which curves are judged in all worlds: `every`, `promising` or `best`",
-                )
-                .label("none of them")
-                .help("write for example `judge = promising`")
-                .fix_if(respell(tree.span, word, words)),
+                Diagnostic::new(Code::BAD_VALUE, tree.span, "`judge` must be `every`, `promising` or `best`")
+                    .label("not one of these")
+                    .help("write for example `judge = promising`")
+                    .fix_if(respell(tree.span, word, words)),
             );
         }
         found
@@ -292,7 +288,7 @@ impl Declarations<'_> {
         };
         let found = which.methods().find(|method| method.name == name.text);
         if found.is_none() {
-            let message = format!("{loops} cannot be searched for by `{}`", name.text);
+            let message = format!("there is no method `{}` for the loop over {loops}", name.text);
             let help = did_you_mean(&name.text, names.iter().copied())
                 .unwrap_or_else(|| format!("the methods are: {}", names.join(", ")));
             self.report(

@@ -26,7 +26,7 @@ impl Declarations<'_> {
                 binder,
                 kind,
                 &mut cx,
-                "cells of a lattice have no sensors",
+                "cells of a lattice cannot have sensors",
                 "sensors are of parts and actuators, as in `sense load(a : actuator) : Force = a.load at now`",
             )?),
         };
@@ -36,7 +36,7 @@ impl Declarations<'_> {
         let delay = self.delay(sense, damaged);
         if !matches!(ty, Ty::Quantity(_) | Ty::Bool | Ty::Unknown) {
             self.report(
-                Diagnostic::new(Code::WRONG_TYPE, sense.ty.span, "a sensor reads one quantity or a Bool")
+                Diagnostic::new(Code::WRONG_TYPE, sense.ty.span, "a sensor must be a quantity or a Bool")
                     .label(format!("this is {}", article(&ty)))
                     .help("declare a sensor for each component, as in `sense ahead : Velocity = (core.velocity at now).x`"),
             );
@@ -74,7 +74,7 @@ impl Declarations<'_> {
     fn noise(&mut self, sense: &Sense, ty: &Ty, damaged: bool) -> Option<f64> {
         let Some(noise) = &sense.noise else { return Some(0.0) };
         let (wanted, what, most) = match ty {
-            Ty::Bool => (Ty::NUMBER, "how likely a reading is wrong", 0.5),
+            Ty::Bool => (Ty::NUMBER, "the probability of a wrong reading", 0.5),
             ty => (ty.clone(), "the standard deviation of the noise", f64::MAX),
         };
         let value = self.constant_of(noise, &wanted, what, damaged)?;

@@ -86,7 +86,7 @@ impl<'a> Declarations<'a> {
             && let Some(first) = singles.seen.insert(what, item.span)
         {
             self.report(
-                Diagnostic::new(Code::DUPLICATE, item.span, format!("a grammar has one `{what}`"))
+                Diagnostic::new(Code::DUPLICATE, item.span, format!("a grammar can have only one `{what}`"))
                     .label("another one")
                     .also(first, "the first one")
                     .help("keep one of them"),
@@ -161,7 +161,7 @@ impl<'a> Declarations<'a> {
             self.report(
                 Diagnostic::new(Code::DUPLICATE, kind.span, format!("`{}` is actuated twice", kind.text))
                     .label("again")
-                    .also(first, "by this actuation already")
+                    .also(first, "first actuated here")
                     .help("an actuator follows one actuation: keep one of the two lines"),
             );
         }
@@ -264,8 +264,7 @@ impl<'a> Declarations<'a> {
             ("radial", Some(count), Some(axis)) => {
                 let place = count.span;
                 let mut cx = Context::new(Stage::Declaration, false);
-                let count =
-                    self.expressions.expect(count, &mut cx, &Ty::Count, "how often the design is repeated");
+                let count = self.expressions.expect(count, &mut cx, &Ty::Count, "the number of repetitions");
                 let count = self.expressions.constant_number(&count)?;
                 let axis_index = ["x", "y", "z"].iter().position(|a| *a == axis.text);
                 match axis_index {
@@ -277,10 +276,10 @@ impl<'a> Declarations<'a> {
                             Diagnostic::new(
                                 Code::OUT_OF_DOMAIN,
                                 place,
-                                "a radial symmetry repeats the design 2 to 64 times",
+                                "a radial symmetry must repeat the design 2 to 64 times",
                             )
                             .label(format!("this is {count}"))
-                            .help("write `symmetry none` for none"),
+                            .help("for no symmetry, write `symmetry none`"),
                         );
                         return None;
                     }

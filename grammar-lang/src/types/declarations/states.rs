@@ -19,8 +19,8 @@ impl Declarations<'_> {
                 binder,
                 kind,
                 &mut cx,
-                "cells of a lattice have no states",
-                "states are of the robot, of parts and of actuators, as in `state phase(l : leg) : Number from 0 next ...`",
+                "cells of a lattice cannot have states",
+                "states belong to the robot, to parts and to actuators, as in `state phase(l : leg) : Number from 0 next ...`",
             )?),
         };
         let everyones = self.everyones_of(&state.name);
@@ -44,7 +44,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::WRONG_TYPE,
                     state.ty.span,
-                    "a state is a quantity, a Count, a Bool or a value of an enumeration",
+                    "a state must be a quantity, a Count, a Bool or a value of an enumeration",
                 )
                 .label("not one of these")
                 .help("declare one for each number that is to be remembered"),

@@ -54,9 +54,13 @@ impl Declarations<'_> {
             let turn = table.rows.windows(3).find(|w| (w[1][1] - w[0][1]) * (w[2][1] - w[1][1]) <= 0.0);
             let at = turn.map_or(0.0, |w| w[1][0]);
             self.report(
-                Diagnostic::new(Code::TABLE_ORDER, span, format!("`{name}` must only grow, or only fall"))
-                    .label(format!("changes direction at {}", units::shown(at, Dimension::ANGLE)))
-                    .help("each length of thread must belong to one bend: measure again, or leave rows out"),
+                Diagnostic::new(
+                    Code::TABLE_ORDER,
+                    span,
+                    format!("the values of `{name}` must only increase, or only decrease"),
+                )
+                .label(format!("changes direction at {}", units::shown(at, Dimension::ANGLE)))
+                .help("each length of thread must belong to one bend: measure again, or leave rows out"),
             );
             return None;
         }
@@ -114,7 +118,7 @@ impl Declarations<'_> {
         };
         let ast::ExprKind::List(items) = &tree.kind else {
             self.report(
-                Diagnostic::new(Code::WRONG_TYPE, tree.span, format!("`{name}` is a list of pins"))
+                Diagnostic::new(Code::WRONG_TYPE, tree.span, format!("`{name}` must be a list of pins"))
                     .label("not a list")
                     .help(format!("write a pin for each channel, in their order: `{example}`")),
             );
@@ -130,9 +134,13 @@ impl Declarations<'_> {
         let meant: Option<Vec<String>> = items.iter().map(pin).collect();
         if let Some(meant) = meant.filter(|meant| meant.len() > 1) {
             self.report(
-                Diagnostic::new(Code::UNKNOWN_NAME, tree.span, "pins are named, not numbered")
-                    .label("numbers")
-                    .help(format!("write `[{}]`", meant.join(", "))),
+                Diagnostic::new(
+                    Code::UNKNOWN_NAME,
+                    tree.span,
+                    "a pin must be given by its name, such as `D3`",
+                )
+                .label("numbers")
+                .help(format!("write `[{}]`", meant.join(", "))),
             );
             return None;
         }
@@ -205,7 +213,7 @@ impl Declarations<'_> {
             if let Some(first) = used.insert(pin, *span) {
                 sound = false;
                 self.report(
-                    Diagnostic::new(Code::DUPLICATE, *span, format!("`{pin}` has two uses"))
+                    Diagnostic::new(Code::DUPLICATE, *span, format!("the pin `{pin}` is used twice"))
                         .label("again")
                         .also(first, "used here already")
                         .help("give each output a pin of its own"),
@@ -239,7 +247,7 @@ impl Declarations<'_> {
             Diagnostic::new(
                 Code::BAD_VALUE,
                 tree.span,
-                format!("`{name}` is `{}` or `{}`", words[0], words[1]),
+                format!("`{name}` must be `{}` or `{}`", words[0], words[1]),
             )
             .label("neither of them")
             .help(format!("write `{name} = {}` or `{name} = {}`", words[0], words[1]))
@@ -384,9 +392,13 @@ impl Declarations<'_> {
             && (low < 300e-6 || high > 3000e-6)
         {
             self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "pulses of servos last 300 us to 3000 us")
-                    .label("outside this range")
-                    .help("write for example `pulse = 1000 us .. 2000 us`"),
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    "the pulses of a servo must last 300 us to 3000 us",
+                )
+                .label("outside this range")
+                .help("write for example `pulse = 1000 us .. 2000 us`"),
             );
             return None;
         }
@@ -527,9 +539,7 @@ impl Declarations<'_> {
                     Diagnostic::new(Code::TARGET_MISFIT, target.span, also)
                         .label(format!("for `{}`", target.kind))
                         .also(place, "the first of them")
-                        .help(
-                            "name one target for each kind of actuator: `on` takes those of different kinds",
-                        ),
+                        .help("name only one target for each kind of actuator after `on`"),
                 );
             }
         }

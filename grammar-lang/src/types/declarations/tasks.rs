@@ -133,7 +133,7 @@ impl<'a> Declarations<'a> {
         }
         if let [first, another, ..] = own.objectives.as_slice() {
             self.report(
-                Diagnostic::new(Code::DUPLICATE, another.span, "a task has one objective")
+                Diagnostic::new(Code::DUPLICATE, another.span, "a task can have only one objective")
                     .label("another one")
                     .also(first.span, "the first one")
                     .help("keep one of them; a grammar can have several, over the values of its tasks"),
@@ -269,7 +269,7 @@ impl<'a> Declarations<'a> {
             });
         } else if let Some((_, place)) = inner.first() {
             self.report(
-                Diagnostic::new(Code::OTHER_WORLDS, *place, "within one world, there are no other worlds to run over")
+                Diagnostic::new(Code::OTHER_WORLDS, *place, "an `over` that runs over worlds cannot be inside another one")
                     .label("inside another `over`")
                     .help("write the two side by side, in brackets: `(mean over ... of X) - 2 * (deviation over ... of X)`"),
             );
@@ -291,7 +291,7 @@ impl<'a> Declarations<'a> {
                     Diagnostic::new(
                         Code::OBJECTIVE_UNIT,
                         value.span,
-                        format!("the objective has the dimension {d}: in which unit should it be expressed?"),
+                        format!("the objective has the dimension {d}, and needs a unit to be told in"),
                     )
                     .label(format!("of the dimension {d}"))
                     .help(format!(
@@ -451,7 +451,7 @@ impl<'a> Declarations<'a> {
                             name.span,
                             format!("`{}` reads `period`, but {wrong}", name.text),
                         )
-                        .label("the period of what?")
+                        .label("no `period` to read")
                         .help(help.clone()),
                     );
                 }
@@ -462,7 +462,7 @@ impl<'a> Declarations<'a> {
             if let Some((place, objective)) = task.objectives().find_map(reads) {
                 self.report(
                     Diagnostic::new(Code::NO_PERIOD, place, format!("this reads `period`, but {wrong}"))
-                        .label("the period of what?")
+                        .label("no `period` to read")
                         .also(objective, "needed by this objective")
                         .help(help),
                 );
@@ -677,8 +677,7 @@ impl<'a> Periods<'a> {
             Self::One => None,
             Self::None => Some((
                 "no actuation of this grammar has one".to_owned(),
-                "declare `shared period : Time in ...`, outside of the actuations or in one, or `let period = ...` in it: \
-                 what is called `period` is read"
+                "declare `shared period : Time in ...` outside the actuations or in one of them, or `let period = ...` in an actuation: terms read the value that has the name `period`"
                     .to_owned(),
             )),
             Self::Several(names) => Some((
@@ -691,8 +690,8 @@ impl<'a> Periods<'a> {
                 "declare `shared period : Time in ...`, or give it another name".to_owned(),
             )),
             Self::Moving(name) => Some((
-                format!("what `{name}` calls `period` changes during the motion, or stands below a value that does"),
-                "write it above all that reads `t`, a sensor or what is remembered, or declare `shared period : Time in ...`"
+                format!("the `period` of `{name}` changes during the motion, or is declared below a value that does"),
+                "declare it above everything that reads `t`, a sensor or a state, or declare `shared period : Time in ...`"
                     .to_owned(),
             )),
             Self::Each(name) => Some((

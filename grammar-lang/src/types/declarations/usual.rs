@@ -63,17 +63,17 @@ pub const USUAL: &[Usual] = &[
     usual("an actuator", "friction", FRICTION, "", "ice and soft rubber"),
     usual("a cell", "friction", FRICTION, "", "ice and soft rubber"),
     usual("a cell", "spacing", (0.1, 200.0), "mm", "a hair and a hand"),
-    usual("an actuator", "bend", (-360.0, 360.0), "deg", "a full turn either way"),
+    usual("an actuator", "bend", (-360.0, 360.0), "deg", "a full turn in either direction"),
     usual("an actuator", "bending_speed", TURNING, "deg/s", TURNING_ENDS),
     usual("an actuator", "relaxing_speed", TURNING, "deg/s", TURNING_ENDS),
     usual("an actuator", "torque", TORQUE, "N*m/rad", TORQUE_ENDS),
     usual("an actuator", "stiffness", TURNED, "N*m/rad^2", TURNED_ENDS),
-    usual("an actuator that twists", "range", (-1080.0, 1080.0), "deg", "three turns either way"),
+    usual("an actuator that twists", "range", (-1080.0, 1080.0), "deg", "three turns in either direction"),
     usual("an actuator that twists", "speed", TURNING, "deg/s", TURNING_ENDS),
     usual("an actuator that twists", "relaxing_speed", TURNING, "deg/s", TURNING_ENDS),
     usual("an actuator that twists", "effort", TORQUE, "N*m/rad", TORQUE_ENDS),
     usual("an actuator that twists", "stiffness", TURNED, "N*m/rad^2", TURNED_ENDS),
-    usual("an actuator that slides", "range", (-1000.0, 1000.0), "mm", "a long cylinder either way"),
+    usual("an actuator that slides", "range", (-1000.0, 1000.0), "mm", "a long cylinder in either direction"),
     usual("an actuator that slides", "speed", SLIDING, "mm/s", SLIDING_ENDS),
     usual("an actuator that slides", "relaxing_speed", SLIDING, "mm/s", SLIDING_ENDS),
     usual(
@@ -107,7 +107,7 @@ pub const USUAL: &[Usual] = &[
     usual("a target", "shortest", (1.0, 1000.0), "ms", "a piezo valve and a motor valve"),
     usual("a target", "wheel", (1.0, 60.0), "mm", "a servo's shaft and a saucer"),
     usual("a target", "servo_speed", (30.0, 3000.0), "deg/s", "a slow winch and a fast servo"),
-    usual("a target", "turn", (-3600.0, 3600.0), "deg", "ten turns of a winch either way"),
+    usual("a target", "turn", (-3600.0, 3600.0), "deg", "ten turns of a winch in either direction"),
     usual("a prototype", "simulated", (1e-6, 10.0), "m/s", "4 mm in an hour and a sprinter"),
     usual("a prototype", "measured", (1e-6, 10.0), "m/s", "4 mm in an hour and a sprinter"),
     usual("a search", "spread", (0.1, 200.0), "%", "a thousandth of each domain and twice the domain"),
@@ -122,7 +122,7 @@ pub const USUAL: &[Usual] = &[
     usual("a set of worlds", "mass", OF_IT, "%", OF_IT_ENDS),
     usual("a set of worlds", "torque", OF_IT, "%", OF_IT_ENDS),
     usual("a set of worlds", "speed", OF_IT, "%", OF_IT_ENDS),
-    usual("a set of worlds", "late", (0.0, 500.0), "ms", "at once and half a second later"),
+    usual("a set of worlds", "late", (0.0, 500.0), "ms", "no delay and half a second"),
     usual("a motion", "duration", (0.5, 600.0), "s", "half a second and ten minutes"),
 ];
 
@@ -192,7 +192,10 @@ impl Declarations<'_> {
             Diagnostic::new(
                 Code::UNUSUAL,
                 tree.span,
-                format!("this density gives a mass of {}", shown(mass, usual.unit)),
+                format!(
+                    "this density gives a mass of {}, which is unusual for robots",
+                    shown(mass, usual.unit)
+                ),
             )
             .label(format!("usual: {range}, between {}", usual.ends))
             .help(format!("check the units of the sizes of the shape. {}", allowed())),
@@ -203,7 +206,7 @@ impl Declarations<'_> {
     pub(super) fn odd_lag(&mut self, lag: f64, tree: &ast::Expr) {
         let (message, label) = match lag {
             0.0 => (
-                "without damping a joint swings about its drive for ever".to_owned(),
+                "without damping, a joint oscillates about its drive for ever".to_owned(),
                 "real material takes energy from each swing".to_owned(),
             ),
             lag if lag > LONGEST_LAG => (
@@ -222,8 +225,8 @@ impl Declarations<'_> {
     /// Warns of a body that is mirrored up and down, though only one half of it can stand on the ground.
     pub(super) fn upside_down(&mut self, plane: &ast::Name) {
         self.report(
-            Diagnostic::new(Code::UNUSUAL, plane.span, "this mirrors the body up and down")
-                .label("the plane of the ground")
+            Diagnostic::new(Code::UNUSUAL, plane.span, "this symmetry mirrors top and bottom")
+                .label("parallel to the ground: rarely meant")
                 .help("write `mirror xy` to mirror left and right, or `mirror yz` to mirror front and back"),
         );
     }

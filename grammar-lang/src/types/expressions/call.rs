@@ -163,8 +163,8 @@ impl Expressions<'_> {
                 .label(given(arguments))
                 .also(own.span, "declared here")
                 .help(match wanted {
-                    0 => "the robot has one of it: write its name alone",
-                    _ => "each part of its kind has one: say of which part, as in `(a)`",
+                    0 => "the robot has only one: write its name alone",
+                    _ => "each part of its kind has one: name the part, as in `(a)`",
                 }),
             );
             return unknown;
@@ -416,7 +416,7 @@ impl Expressions<'_> {
             format!("{}({})", function.name.text, words.join(", "))
         };
         if arguments.len() != function.parameters.len() || arguments.iter().any(|a| a.name.is_some()) {
-            let message = format!("`{}` is called as `{}`", function.name.text, usage());
+            let message = format!("wrong arguments: `{}` is called as `{}`", function.name.text, usage());
             self.report(
                 Diagnostic::new(Code::WRONG_ARGUMENTS, span, message)
                     .label(given(arguments))
@@ -498,7 +498,7 @@ impl Expressions<'_> {
                 self.errors.add(error);
                 continue;
             }
-            let message = format!("`{name}` cannot be called here: inside it, {}", error.message);
+            let message = format!("`{name}` cannot be called here: in its text, {}", error.message);
             let blamed = Diagnostic::new(Code::WRONG_STAGE, call, message)
                 .label("called here")
                 .also(error.span(), "read here")

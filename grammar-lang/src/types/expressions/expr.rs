@@ -147,9 +147,13 @@ impl Expressions<'_> {
                     && time.kind != ExprKind::Word(Word::Now) =>
             {
                 self.report(
-                    Diagnostic::new(Code::WRONG_STAGE, time.span, "a sensor reads only what is so now")
-                        .label("another time")
-                        .help("write `at now`; for a reading that is late, add `delay 20 ms` at the end"),
+                    Diagnostic::new(
+                        Code::WRONG_STAGE,
+                        time.span,
+                        "a sensor can read only the present (`at now`)",
+                    )
+                    .label("another time")
+                    .help("write `at now`; for a reading that is late, add `delay 20 ms` at the end"),
                 );
                 unknown(span)
             }
@@ -162,7 +166,7 @@ impl Expressions<'_> {
                     Diagnostic::new(
                         Code::WRONG_STAGE,
                         time.span,
-                        "a reward reads what is so now and what was so at the decision before",
+                        "a reward can read only the present (`now`) and the previous decision (`before`)",
                     )
                     .label("another time")
                     .help("write `at now` or `at before`"),
@@ -246,8 +250,8 @@ impl Expressions<'_> {
             if item.ty == Ty::List(Box::new(Ty::World)) {
                 self.report(
                     Diagnostic::new(Code::WRONG_TYPE, item.span, "this is a set of worlds already")
-                        .label("a set, where one world is needed")
-                        .help("leave the brackets out: `over w in NAME`"),
+                        .label("the name of a set of scenarios is needed here")
+                        .help("remove the braces: `over w in NAME`"),
                 );
                 return None;
             }
@@ -298,7 +302,7 @@ impl Expressions<'_> {
                     new.span,
                     "this is not within the domain that it narrows",
                 )
-                .label("reaches further")
+                .label("goes beyond this range")
                 .also(old.span, "the domain in the base")
                 .help("for a wider domain, write `set NAME = ...` instead of `narrow NAME in ...`"),
             );
@@ -369,7 +373,8 @@ impl Expressions<'_> {
                     let rest = sign.get(left.len()..).unwrap_or("").trim_start();
                     let compares =
                         ["==", "!=", "is not", "is"].into_iter().find(|sign| rest.starts_with(sign));
-                    let help = compares.map(|compares| format!("compare each: `{left} {compares} {right}`"));
+                    let help = compares
+                        .map(|compares| format!("write the comparison again: `{left} {compares} {right}`"));
                     for mut error in self.errors.split_off(known) {
                         if error.code == Code::WRONG_TYPE && error.span() == b.span && help.is_some() {
                             error.help.clone_from(&help);
@@ -481,7 +486,7 @@ impl Expressions<'_> {
             .unwrap_or_else(|| format!("the rules are: {}", rules().collect::<Vec<_>>().join(", ")));
         self.report(
             Diagnostic::new(Code::UNKNOWN_NAME, b.span, format!("there is no rule `{name}`"))
-                .label("no step comes from it")
+                .label("no rule has this name")
                 .help(help),
         );
     }
@@ -505,7 +510,7 @@ impl Expressions<'_> {
                 Ty::Domain(item) if matches!(over.kind, ExprKind::Set(_)) => (**item).clone(),
                 Ty::Unknown => Ty::Unknown,
                 other => {
-                    let message = format!("it is not possible to run over {}", article(other));
+                    let message = format!("{} cannot be run over", article(other));
                     self.wrong(
                         over.span,
                         message,

@@ -98,7 +98,7 @@ impl Expressions<'_> {
                 Diagnostic::new(
                     code,
                     b.span,
-                    format!("{what} joins {} and {}", article(&a.ty), article(&b.ty)),
+                    format!("{what} cannot combine {} and {}", article(&a.ty), article(&b.ty)),
                 )
                 .label(article(&b.ty))
                 .also(a.span, article(&a.ty))
@@ -123,7 +123,7 @@ impl Expressions<'_> {
                     matches!(kind, Some(ast::ItemKind::Block(BlockKind::Part | BlockKind::Actuator, _)));
                 let help = meant.or_else(|| did_you_mean(&word, units::unit_names())).unwrap_or_else(|| {
                     if part {
-                        format!("one effect makes one part: write `{word}` alone, and the effect as often as needed")
+                        format!("one `attach` makes one part: write `{word}` alone, and repeat the line as often as needed")
                     } else if unit.text.contains('*') || unit.text.contains('/') {
                         "to calculate with a name, put spaces around `*` and `/`".to_owned()
                     } else {
@@ -173,7 +173,7 @@ pub(super) fn other_unit(value: &Expr, dimension: Dimension, unit: &Name) -> Dia
     Diagnostic::new(
         Code::WRONG_DIMENSION,
         unit.span,
-        format!("{have} cannot be turned into a number in `{}`", unit.text),
+        format!("{have} cannot be expressed in `{}`", unit.text),
     )
     .label("a unit of another kind")
     .also(value.span, format!("this is {have}"))
@@ -193,7 +193,7 @@ fn meant(expr: &Expr, wanted: &Ty) -> Option<String> {
         (Ty::Track(_), _) => Some("ask for it at a time: `e.position at end`".to_owned()),
         (Ty::Domain(_), _) => Some("a single value is needed here, not a range or set".to_owned()),
         (Ty::List(item), wanted) if item.fits(wanted) => Some(
-            "one item of it is needed here: `LIST[0]`, `first(LIST)` or `last(LIST)`; in a rule, `for x in LIST` takes all of them".to_owned(),
+            "name one item of the list: `LIST[0]`, `first(LIST)` or `last(LIST)`; in a rule, `for x in LIST` runs over all of them".to_owned(),
         ),
         (_, Ty::Distribution(d)) => {
             let unit = if d.is_number() { String::new() } else { format!(" {}", units::suggest(*d)) };
@@ -329,7 +329,7 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
 fn unlike(a: &Ty, b: &Ty) -> &'static str {
     let number = |ty: &Ty| ty.dimension().is_some();
     match (a, b) {
-        (a, b) if number(a) && number(b) => "both must be of the same kind: is one of the units right?",
+        (a, b) if number(a) && number(b) => "both must be of the same kind: is one of the units wrong?",
         (Ty::Enum(_), _) | (_, Ty::Enum(_)) => {
             "a value of an enumeration can be compared only with another one"
         }

@@ -83,7 +83,7 @@ impl Expressions<'_> {
             return unknown;
         }
         if !arity.contains(&arguments.len()) || arguments.iter().any(|a| a.name.is_some()) {
-            let message = format!("`{}` is called as `{usage}`", function.text());
+            let message = format!("wrong arguments: `{}` is called as `{usage}`", function.text());
             let help = unnamed(usage, arguments).or_else(|| self.decimal_comma(arguments));
             self.report(
                 Diagnostic::new(Code::WRONG_ARGUMENTS, span, message)

@@ -98,7 +98,7 @@ impl Expressions<'_> {
                 let help = format!("give a time first: `({whole} at end).{}`", name.text);
                 self.wrong(
                     name.span,
-                    "this changes with time: it has no components until a time is given".to_owned(),
+                    "this vector changes over time: give a time before you read a component".to_owned(),
                     &help,
                 )
             }
@@ -108,7 +108,7 @@ impl Expressions<'_> {
                     self.environment.sources.slice(of.span),
                     name.text
                 );
-                self.wrong(name.span, "a unit has no point".to_owned(), &help)
+                self.wrong(name.span, "a unit cannot contain a point".to_owned(), &help)
             }
             _ => self.no_member(&of, name, &[], span),
         }
@@ -215,7 +215,7 @@ impl Expressions<'_> {
             if let Ty::List(_) = of.ty {
                 let (list, name) = (self.environment.sources.slice(of.span), &name.text);
                 return Some(format!(
-                    "it is a list: write `{list}[0].{name}` or `last({list}).{name}` of one item, or say for all what is done, with `for x in {list}` behind it"
+                    "this is a list: for one item, write `{list}[0].{name}` or `last({list}).{name}`; for all items, put `for x in {list}` at the end of the line"
                 ));
             }
             if of.ty == Ty::Kind {
@@ -230,16 +230,16 @@ impl Expressions<'_> {
             if matches!(of.ty, Ty::Actuator | Ty::Part) && OF_KINDS.contains(&name.text.as_str()) {
                 let name = &name.text;
                 return Some(format!(
-                    "what a kind says of its `{name}` is neither read nor set elsewhere: give the kind a parameter, which `{name}` reads, and use that"
+                    "the field `{name}` of a kind cannot be read or set from outside: give the kind a parameter that `{name}` reads, and use this parameter"
                 ));
             }
             if let Some(owner) = owner.filter(|_| of.ty != Ty::Port) {
                 let a = if name.text.starts_with(['a', 'e', 'i', 'o']) { "an" } else { "a" };
-                return Some(format!("it is {} that has {a} `{}`", article(owner), name.text));
+                return Some(format!("only {} has {a} `{}`", article(owner), name.text));
             }
             if of.ty == Ty::Actuator {
                 return Some(
-                    "its ports are `base` and `tip`; what a rule attached is named by its `as`, and its parameters by `param`".to_owned(),
+                    "an actuator has the ports `base` and `tip`. A part that a rule attaches gets a name by `as`; a parameter is declared by `param`".to_owned(),
                 );
             }
             let built_in = Attribute::all_of(&of.ty);

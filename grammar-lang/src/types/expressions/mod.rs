@@ -436,7 +436,7 @@ impl<'a> Expressions<'a> {
                 Diagnostic::new(
                     Code::WRONG_TYPE,
                     param.ty.span,
-                    "a parameter is a quantity, a Count, a Bool or a value of an enumeration",
+                    "a parameter must be a quantity, a Count, a Bool or a value of an enumeration",
                 )
                 .label(format!("this is {}", fit::article(&ty)))
                 .help("declare a value of any other type with `let`"),

@@ -171,7 +171,10 @@ impl Expressions<'_> {
         self.report(
             Diagnostic::new(Code::WRONG_STAGE, span, format!("`{name}` cannot be read in {}", stage.name()))
                 .label("not known here")
-                .help(format!("`{name}` is known only in {where_known}{}", stage.instead(name, where_known))),
+                .help(format!(
+                    "`{name}` can be read only in {where_known}{}",
+                    stage.instead(name, where_known)
+                )),
         );
         unknown(span)
     }
@@ -206,7 +209,10 @@ impl Expressions<'_> {
         };
         let given = cx.fields.all.iter().find(|(field, _)| instead(name) == Some(field.text.as_str()));
         let help = if let Some((given, _)) = given {
-            format!("this part gives `{}`: a field can read others only as they are written", given.text)
+            format!(
+                "this part gives `{}`, so there is no `mass` to read: a field can read only fields that the part gives",
+                given.text
+            )
         } else if name == "core" && self.environment.has_lattice {
             "a lattice has no core: the place in its middle is `middle`".to_owned()
         } else if let Some(driven) = driven {

@@ -29,10 +29,11 @@ impl Expressions<'_> {
         let first = types.first()?.clone();
         if types.iter().any(|ty| *ty != first) {
             let name = &asked.name.text;
-            let message = format!("`{name}` is something else of what turns and of what slides");
+            let message =
+                format!("`{name}` has different units for a joint that turns and for one that slides");
             self.report(
                 Diagnostic::new(Code::WRONG_TYPE, asked.name.span, message)
-                    .label("of which kind is the part?")
+                    .label("the kind of this part is not known")
                     .help(format!(
                         "name the kind, as in `match a : finger` or `for a in finger`, and read `a.{name}`"
                     )),
@@ -53,7 +54,7 @@ impl Expressions<'_> {
             Diagnostic::new(Code::UNKNOWN_FIELD, asked.name.span, format!("`{kind}` has no `{name}`"))
                 .label("not a field of this kind")
                 .also(block.name.span, "this kind")
-                .help(format!("what can be read of its fields: {}", has.join(", "))),
+                .help(format!("its fields that can be read: {}", has.join(", "))),
         );
         Some(super::context::unknown(asked.span))
     }

@@ -28,11 +28,11 @@ impl Expressions<'_> {
                 Diagnostic::new(
                     Code::TOO_DEEP,
                     span,
-                    format!("`{name}` is too large to be read by another field"),
+                    format!("the expression of `{name}` is too long to be read by another field"),
                 )
                 .label("made of too many pieces")
                 .also(field.span, "this field")
-                .help("write it with fewer operations, or read its parameters in its place"),
+                .help("shorten its expression, or read its parameters instead"),
             );
             known = unknown(span);
         }

@@ -54,8 +54,8 @@ impl Expressions<'_> {
                     span,
                     format!("`{name}` reads shared variables, sensors or states, which are not known here"),
                 )
-                .label("known where these are")
-                .help("`let`, `next` and `drive` of an actuation read it, and `next` of a state; elsewhere write a function: `let name() = ...`");
+                .label("can be read only where these can")
+                .help("only `let`, `next` and `drive` of an actuation and `next` of a state can read it; for use elsewhere, write a function: `let name() = ...`");
                 if let Some(place) = place {
                     error = error.also(place, "reads them");
                 }

@@ -117,10 +117,10 @@ impl Stage {
                 "; a drive reads `t`, its actuator, what the actuation varies, and sensors (`sense`)"
             }
             Self::Sense if name == "t" || is_of_motion => {
-                "; a sensor reads what is so now, as in `core.rotation at now`"
+                "; a sensor reads the present (`now`), as in `core.rotation at now`"
             }
             Self::Reward if name == "t" || is_of_motion => {
-                "; a reward reads what is so now and what was so at the decision before, as in `core.position at now` and `core.position at before`"
+                "; a reward reads the present (`now`) and the previous decision (`before`), as in `core.position at now` and `core.position at before`"
             }
             Self::Declaration if is_of_design => {
                 "; the fields of a part cannot read the design: for a number that may differ, declare a `param` of the grammar or of the part"

@@ -18,7 +18,7 @@ impl Expressions<'_> {
         for (ty, name) in [(&from, &table.from), (&to, &table.to)] {
             if !matches!(ty, Ty::Quantity(_) | Ty::Unknown) {
                 self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, name.span, "a table maps a quantity to a quantity")
+                    Diagnostic::new(Code::WRONG_TYPE, name.span, "a table must map a quantity to a quantity")
                         .label(format!("this is {}", article(ty)))
                         .help("write for example `table lengths : Angle -> Length { ... }`"),
                 );
@@ -58,7 +58,7 @@ impl Expressions<'_> {
         if table.rows.is_empty() && !damaged {
             self.report(
                 Diagnostic::new(Code::MISSING_FIELD, table.name.span, "this table has no rows")
-                    .label("nothing was measured")
+                    .label("without rows")
                     .help("write rows such as `0 deg -> 0 mm, 90 deg -> 21 mm`"),
             );
         }
