@@ -619,6 +619,33 @@ fn iterations_without_moves_come_to_an_end() {
     assert_eq!(code(&run), 0, "{}", errors(&run));
 }
 
+/// A best that stands still is no robot to look at.
+#[test]
+fn a_run_that_finds_nothing_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let note = "this robot does no better than one that stands still";
+    let still = folder.path().join("still").to_string_lossy().into_owned();
+    let grammar = quick_grammar(folder.path());
+    let run = sgc(&["run", &grammar, "--max-evals", "1", "--quiet", "--out", &still]);
+    assert!(errors(&run).contains(note), "{}", errors(&run));
+    let several = ["run", &grammar, "--max-evals", "1", "--runs", "2", "--quiet", "--out"];
+    let both = folder.path().join("both").to_string_lossy().into_owned();
+    let runs = sgc(&[&several[..], &[&both]].concat());
+    assert!(errors(&runs).contains(note), "{}", errors(&runs));
+    // One that moves is.
+    let text = std::fs::read_to_string(&grammar).unwrap();
+    let objective = text.lines().find(|line| line.starts_with("maximize")).unwrap();
+    std::fs::write(&grammar, text.replace(objective, "maximize travel + 1 cm * count(part) in cm")).unwrap();
+    let moves = folder.path().join("moves").to_string_lossy().into_owned();
+    let run = sgc(&["run", &grammar, "--max-evals", "120", "--quiet", "--out", &moves]);
+    let best: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(format!("{moves}/best.design.json")).unwrap()).unwrap();
+    let task = &best["tasks"][0];
+    let gained = task["value"].as_f64().unwrap() - task["at_rest"].as_f64().unwrap();
+    assert_eq!(errors(&run).contains(note), gained < 1e-3, "{gained} {}", errors(&run));
+    assert!(gained > 1e-3, "{gained}");
+}
+
 /// A search goes on from the body and the curves of a saved design, also by another grammar of the same rules.
 #[test]
 fn a_search_begins_with_a_saved_design() {

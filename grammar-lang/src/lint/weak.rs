@@ -2,11 +2,11 @@
 //! torque, and cores that no actuator moves.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Made, Value};
+use crate::eval::Made;
 use crate::ir::{Actuator, ExprKind, JointKind, Kind};
 use crate::units::{Dimension, shown};
 
-use super::instances::made;
+use super::instances::{made, usual};
 use super::known::Known;
 
 /// Actuators whose force is less than this share of what the core weighs do not move it, even if there are dozens of them.
@@ -71,23 +71,18 @@ fn too_weak(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 fn never_reached(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     for (name, actuator) in ruleset.actuators.iter().filter(|(_, a)| a.joint.kind == JointKind::Bend) {
-        let reached = made(known, Kind::Actuator(actuator)).filter_map(|(given, made)| {
-            let Ok(Made::Actuator(made)) = made else { return None };
-            let segments = given.get("segments").and_then(Value::as_number);
-            let segments = segments.or_else(|| {
-                known.value(actuator.params.get("segments")?.default.as_ref()?).ok()?.as_number()
-            })?;
-            let (low, high) = made.driven_range();
-            let behind = (high - low) / (segments - 1.0).max(1.0);
-            Some((made.motor.as_ref()?.effort, made.joint.stiffness * behind))
-        });
-        let most = reached.max_by(|a, b| (a.1 / a.0).total_cmp(&(b.1 / b.0)));
-        if let Some((torque, pushes)) = most.filter(|(torque, pushes)| *pushes < REACHED * torque) {
+        // As its parameters are where no rule says otherwise: with fewer segments each hinge bends more.
+        let number = || known.value(actuator.params.get("segments")?.default.as_ref()?).ok()?.as_number();
+        let Some((made, segments)) = usual(known, actuator).zip(number()) else { continue };
+        let Some(torque) = made.motor.as_ref().map(|motor| motor.effort) else { continue };
+        let (low, high) = made.driven_range();
+        let pushes = made.joint.stiffness * (high - low) / (segments - 1.0).max(1.0);
+        if pushes < REACHED * torque {
             let shown = |x: f64| shown(x, Dimension::TORQUE);
             findings.push(
                 Diagnostic::new(Code::WEAK, actuator.span, format!("`{name}` never pushes with its `torque`"))
                     .label(format!(
-                        "`torque` is {}; held at one end of its bend and driven to the other, a hinge pushes with {}",
+                        "`torque` is {}; with {segments} segments that are held at one end of the bend and driven to the other, a hinge pushes with {}",
                         shown(torque),
                         shown(pushes)
                     ))

@@ -302,6 +302,10 @@ fn compared(groups: &[Group]) -> Vec<String> {
     }
     for (i, one) in groups.iter().enumerate() {
         for other in groups.iter().skip(i + 1) {
+            // Of a single pair the table says it all.
+            if one.runs.len() * other.runs.len() < 2 {
+                continue;
+            }
             let Some(Pairs { better, even }) = pairs(one, other) else { continue };
             said.push(format!(
                 "Of all pairs of runs, one of each group, {} is better than {} in {}{}{}.",
