@@ -271,6 +271,41 @@ fn what_rules_may_set_is_compared_too() {
     }
 }
 
+/// So are the parameters of a part, which the same steps may set otherwise by the rules of the other grammar.
+#[test]
+fn what_rules_give_to_a_part_is_compared_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = crate::support::read("tests/many_sizes.sgr");
+    let write = |from: &str, to: &str| {
+        let path = folder.path().join("other.sgr");
+        let other = text.replace(from, to);
+        assert!(from.is_empty() || other != text, "{from}");
+        std::fs::write(&path, other).unwrap();
+        path.to_string_lossy().into_owned()
+    };
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    let own = write("", "");
+    let made = run(&["run", &own, "--from", "legged", "--max-evals", "4", "--quiet", "--out", &out]);
+    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
+    let drive = |file: &str| run(&["drive", &out, "--dry-run", "--force", "--grammar", file]);
+    let same = drive(&own);
+    assert_eq!(same.status.code(), Some(0), "{}", said(&same));
+    let short = drive(&write("reach = r", "reach = 1"));
+    assert_eq!(short.status.code(), Some(2), "{}", said(&short));
+    let says = "`bend` is -30 deg .. 30 deg (before: -90 deg .. 90 deg)";
+    assert!(said(&short).contains(says), "{}", said(&short));
+    // A rule that cannot make the design leaves open what its legs are.
+    let without = |text: &str| {
+        let (before, example) = text.split_once("example legged").unwrap();
+        format!("{before}{}", example.split_once("\n}\n").unwrap().1)
+    };
+    let path = folder.path().join("fewer.sgr");
+    std::fs::write(&path, without(&text).replace("choose  k in 2 .. 4", "choose  k in 1 .. 2")).unwrap();
+    let unknown = drive(&path.to_string_lossy());
+    assert_eq!(unknown.status.code(), Some(2), "{}", said(&unknown));
+    assert!(said(&unknown).contains("the other grammar cannot make this design"), "{}", said(&unknown));
+}
+
 /// Other pins and tables that wind up the same bends are another target, and the same motion.
 /// Where two boards play one gait, each is compared for what it drives.
 #[test]

@@ -52,8 +52,7 @@ fn a_front_holds_what_no_other_body_is_better_than() {
     let (out, other) = (folder.path().join("one"), folder.path().join("other"));
     let told = run(&grammar, &out, "1");
     assert!(told.contains("by travel - fall and energy"), "{told}");
-    let (_, checked) =
-        told.split_once("each objective, checked over all worlds:\n").expect("what was checked");
+    let (_, checked) = told.split_once("each objective, checked:\n").expect("what was checked");
     let half = checked.lines().next().unwrap();
     assert!(half.contains("with half the step, finer contacts: ") && half.contains(" cm, energy "), "{told}");
     run(&grammar, &other, "3");

@@ -151,8 +151,13 @@ fn refine_ranks_the_designs_of_runs_by_their_values_with_rods() {
         assert!(rods(row).is_none_or(|value| value == eval(&["--solver", "rod"])), "{table}");
         assert_eq!(row[row.len() - 3].parse::<f64>(), Ok(eval(&[])), "{table}");
     }
-    // A search that asks for all of the value with rods refuses what has less there, and says so where it begins with it.
-    let strict = "variant strict of \"./short.sgr\" { set recommended.keep_with_rods = 100 % }";
+    // A search that asks for all of the value with rods refuses what is worse there, and says so where it begins with it. Here that
+    // is what goes farther.
+    let strict = "use std.objectives { travel, fall }
+        variant strict of \"./short.sgr\" {
+          set recommended.keep_with_rods = 100 %
+          replace minimize travel - fall in cm
+        }";
     std::fs::write(folder.path().join("strict.sgr"), strict).unwrap();
     let mut refused = 0;
     for (row, number) in rows.iter().zip(0..) {
@@ -163,7 +168,7 @@ fn refine_ranks_the_designs_of_runs_by_their_values_with_rods() {
             ["run", "strict.sgr", "--from-design", design, "--max-evals", "10", "--quiet", "--out", &out];
         let told =
             said(&sgc(folder.path(), &run)).contains("with soft rods, less than `keep_with_rods` asks for");
-        assert_eq!(told, with_rods < found, "{with_rods} {found}");
+        assert_eq!(told, with_rods > found, "{with_rods} {found}");
         refused += u32::from(told);
     }
     assert!(refused > 0, "{table}");

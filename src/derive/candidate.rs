@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{BodyValues, Unmade};
+use grammar_lang::eval::Unmade;
 use grammar_lang::ir::RuleSet;
 use nalgebra::UnitQuaternion;
 
@@ -45,9 +45,9 @@ impl<'r> Candidate<'r> {
     /// # Errors
     ///
     /// An actuator that they leave without a range or a speed.
-    pub fn moving_as(self, rules: &RuleSet, values: &BodyValues) -> Result<Self, Unmade> {
+    pub fn moving_as(self, rules: &RuleSet, there: Option<&Design>) -> Result<Self, Unmade> {
         let mut derivation = Derivation::clone(&self.derivation);
-        derivation.design.move_as(rules, values)?;
+        derivation.design.move_as(rules, there)?;
         Ok(Candidate { derivation: derivation.into(), ..self })
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{BodyValues, KindValue, Made, Unmade, Value, WithValues};
+use grammar_lang::eval::{KindValue, Made, Unmade, Value, WithValues};
 use grammar_lang::ir::{Kind, RuleSet, Settable, Ty};
 use grammar_lang::units;
 use indexmap::IndexMap;
@@ -385,15 +385,17 @@ impl Design {
 }
 
 impl Design {
-    /// Lets actuators move as far and as fast as other rules say, where parameters that rules set have these values. A parameter of a
-    /// part that it has not here is as these rules give it.
+    /// Lets actuators move as far and as fast as other rules say. `there` is what the steps of this design make under them: parameters
+    /// have the values that they have there. Without it, they have those of this design, and one that is not known here is as these rules
+    /// give it.
     ///
     /// # Errors
     ///
     /// An actuator that they leave without a range or a speed.
-    pub fn move_as(&mut self, rules: &RuleSet, values: &BodyValues) -> Result<(), Unmade> {
-        let known = WithValues { rules, values };
-        for part in self.parts.values_mut() {
+    pub fn move_as(&mut self, rules: &RuleSet, there: Option<&Design>) -> Result<(), Unmade> {
+        let values = there.map(|there| there.values.clone()).unwrap_or_default();
+        let known = WithValues { rules, values: &values };
+        for (id, part) in &mut self.parts {
             let (Made::Actuator(own), Some(kind)) = (part.made.as_ref(), rules.actuators.get(&part.kind))
             else {
                 continue;
@@ -404,7 +406,10 @@ impl Design {
                     let default = declared.default.as_ref()?;
                     grammar_lang::eval::evaluate(default, &known, &mut Vec::new()).ok()
                 };
-                if let Some(value) = part.params.get(name).cloned().or_else(usual) {
+                let same =
+                    there.and_then(|there| there.parts.get(id)).filter(|other| other.kind == part.kind);
+                let given = same.map_or(&part.params, |other| &other.params);
+                if let Some(value) = given.get(name).cloned().or_else(usual) {
                     params.insert(name.clone(), value);
                 }
             }

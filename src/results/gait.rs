@@ -1,13 +1,14 @@
 //! The gait of a saved design as what a board plays, compared with what was simulated.
 
-use grammar_lang::eval::{BodyValues, EvalError, Made, MadeActuator, Unmade};
-use grammar_lang::ir::{ExprKind, JointKind, Kind, RuleSet, Target, Task};
+use grammar_lang::eval::{EvalError, Made, MadeActuator, Unmade};
+use grammar_lang::ir::{JointKind, Kind, RuleSet, Target, Task};
 use thiserror::Error;
 
 use super::DesignError;
 use super::names::Names;
 use super::replay;
 use super::saved::SavedDesign;
+use crate::derive::Candidate;
 use crate::design::{Design, PartId};
 use crate::drive::Bends;
 use crate::hardware::backend::{self, POINTS, backend};
@@ -143,7 +144,8 @@ pub fn gait(
     let played = on_target(rules, of, &saved.name, &name);
     let mut under = candidate.under(&played)?;
     if let Some(of) = of {
-        under = under.moving_as(of, &values_under(of, design, candidate.design())?)?;
+        let there = made_under(of, design, candidate.design())?;
+        under = under.moving_as(of, there.as_ref().map(Candidate::design))?;
     }
     let (drive, _) = replay::drive_of(&under, saved)?;
     let Some(target) = played.targets.get(&name) else {
@@ -237,23 +239,25 @@ fn simulated_on<'r>(rules: &'r RuleSet, task: &'r Task, kind: &str) -> Option<&'
     rules.targets_of(task).find_map(|(_, target)| (target.kind == kind).then_some(target))
 }
 
-/// What parameters that rules set are of a design under other rules: as its steps set them there. Where these cannot make it, nobody knows
-/// how actuators move that read one.
-fn values_under(of: &RuleSet, saved: &SavedDesign, design: &Design) -> Result<BodyValues, NoGait> {
+/// What the steps of a design make under other rules, which gives parameters their values. Where these cannot make it, nobody knows how
+/// actuators move whose fields read one.
+fn made_under<'r>(
+    of: &'r RuleSet,
+    saved: &SavedDesign,
+    design: &Design,
+) -> Result<Option<Candidate<'r>>, NoGait> {
     let there = match replay::candidate(of, saved) {
-        Ok(there) => return Ok(there.design().values.clone()),
+        Ok(there) => return Ok(Some(there)),
         Err(why) => why,
     };
     let read = |kind: &str| {
         let kind = of.actuators.get(kind).map(Kind::Actuator);
         let fields = kind.into_iter().flat_map(Kind::varying);
-        fields.filter(|(name, _)| MOTION.contains(name)).find_map(|(name, field)| {
-            field.any(&mut |e| matches!(e.kind, ExprKind::OfBody(_))).then(|| name.to_owned())
-        })
+        { fields }.find(|(name, _)| MOTION.contains(name)).map(|(name, _)| name.to_owned())
     };
     match design.parts.values().find_map(|part| Some((part.kind.clone(), read(&part.kind)?))) {
         Some((kind, field)) => Err(NoGait::OtherSteps { kind, field, why: there.to_string() }),
-        None => Ok(BodyValues::new()),
+        None => Ok(None),
     }
 }
 

@@ -1,6 +1,6 @@
 //! A saved design in words: its value, tasks, terms and cross-checks.
 
-use grammar_lang::ir::{Direction, RuleSet};
+use grammar_lang::ir::{Direction, RuleSet, Task};
 
 use super::describe;
 use super::elsewhere;
@@ -116,7 +116,8 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
     }
     if let Some(of_all) = &design.of_all {
         let all = if design.tasks.len() > 1 { "all tasks together" } else { "each objective" };
-        out.push_str(&format!("{all}, checked over all worlds:\n"));
+        let worlds = rules.tasks.values().any(Task::runs_over_worlds);
+        out.push_str(&format!("{all}, checked{}:\n", if worlds { " over all worlds" } else { "" }));
         for check in &of_all.checks {
             let text = outcome_of_all(design, check);
             let remark = verdict_of_all(rules, design, of_all, check).remark();

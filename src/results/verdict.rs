@@ -128,18 +128,19 @@ fn share(rules: &RuleSet, name: &str) -> f64 {
     }
 }
 
-/// A value that differs from that of the body at rest by less, in its unit, belongs to a robot that stands still.
-const STILL: f64 = 1e-3;
+/// A robot whose value is better than with its actuators held still by less, in its unit, does not move. What differs by rounding differs by
+/// less, and what moves by more, in any unit that people choose.
+const STILL: f64 = 1e-6;
 
-/// Whether a design does no better, in any task, than a body that stands still.
+/// Whether a design does no better, in any task, than with its actuators held still.
 #[must_use]
 pub fn stands_still(rules: &RuleSet, design: &SavedDesign) -> bool {
     let gained = |saved: &SavedTask| {
-        let objective = &rules.tasks.get(&saved.name)?.objective;
-        let fitness = |value: f64| objective.direction.fitness(value);
-        Some(fitness(saved.value) - fitness(saved.at_rest.unwrap_or_else(|| objective.offset(rules))))
+        let direction = rules.tasks.get(&saved.name)?.objective.direction;
+        let held = saved.checks.iter().find(|check| check.measured == Measured::Held)?.value?;
+        Some(direction.fitness(saved.value) - direction.fitness(held))
     };
-    design.tasks.iter().all(|saved| gained(saved).is_none_or(|gained| gained < STILL))
+    design.tasks.iter().all(|saved| gained(saved).is_some_and(|gained| gained < STILL))
 }
 
 /// Of how many cross-checks that say anything of a design its value was kept in how many.

@@ -2,7 +2,7 @@
 
 use crate::bounds::Reasoning;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Choice, CurveMethod, Difference, Expr, Kernel, Spread, Ty};
+use crate::ir::{Bound, Choice, CurveMethod, Difference, Expr, Kernel, Spread, Ty};
 
 use super::known::Known;
 
@@ -122,7 +122,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
         } else if let Kernel::Uniform(low, high) = &variable.mutation.kernel {
             let (least, most) = (reasoning.numbers(low), reasoning.numbers(high));
-            if least.low >= 0.0 || most.high <= 0.0 {
+            let stays = variable.mutation.bound == Bound::Clamp;
+            if stays && (least.low >= 0.0 || most.high <= 0.0) {
                 let way = if least.low >= 0.0 { "larger" } else { "smaller" };
                 findings.push(
                     Diagnostic::new(

@@ -22,10 +22,12 @@ fn repeated(effect: &Effect, findings: &mut Vec<Diagnostic>) {
         ExprKind::Range(low, high) => low.kind == high.kind || matches!(high.kind, ExprKind::If(..)),
         _ => false,
     });
+    let is_range = over.iter().any(|binder| matches!(binder.over.kind, ExprKind::Range(..)));
     for effect in effects {
         repeated(effect, findings);
         let Effect::Attach { on, .. } = effect else { continue };
-        if !is_once && is_a_port(&on.port) && !reads(&on.port, first) {
+        let is_fixed = is_a_port(&on.port) || is_range && matches!(on.port.kind, ExprKind::Local(_));
+        if !is_once && is_fixed && !reads(&on.port, first) {
             findings.push(
                 Diagnostic::new(Code::POINTLESS, on.port.span, "each repetition attaches to the same port")
                     .label("taken after the first one")
@@ -35,7 +37,7 @@ fn repeated(effect: &Effect, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Whether it names a port by itself, not one that a rule has matched for this.
+/// Whether it names a port of a part.
 fn is_a_port(e: &Expr) -> bool {
     matches!(e.kind, ExprKind::Port(..))
 }

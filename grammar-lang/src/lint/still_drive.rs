@@ -13,6 +13,8 @@ const HARDLY: f64 = 0.03;
 
 /// A cell that grows by so many times its size was meant to grow by as many per cent.
 const GROWS: f64 = 5.0;
+/// A cell keeps at least a tenth of its size.
+const LEAST: f64 = -0.9;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, actuation) in &known.ruleset.actuations {
@@ -56,7 +58,13 @@ pub(super) fn grows(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             continue;
         }
         let asked = known.reasoning(&actuation_locals(&known.facts, actuation)).numbers(&actuation.drive);
-        if asked.is_finite() && asked.high > GROWS {
+        if asked.is_finite() && asked.low < LEAST {
+            findings.push(
+                Diagnostic::new(Code::UNUSUAL, actuation.drive.span, "a strain below -90 % is cut off")
+                    .label(format!("down to {:.0} %", 100.0 * asked.low))
+                    .help("a cell keeps at least a tenth of its size: let the drive ask for less, as in `20 % * sin(t / period * 360 deg)`"),
+            );
+        } else if asked.is_finite() && asked.high > GROWS {
             findings.push(
                 Diagnostic::new(Code::UNUSUAL, actuation.drive.span, "no soft material strains so far")
                     .label(format!("up to {:.0} %", 100.0 * asked.high))

@@ -397,6 +397,10 @@ impl Tuner<'_> {
                 Err(Missing::Elsewhere(world, _)) => format!("no value, because of the world `{world}`,"),
                 Err(_) => "no value".to_owned(),
             };
+            // Of several objectives it may be another one that was lost.
+            if self.task().objectives().count() > 1 {
+                return Counted::Unsound;
+            }
             let was = shown(found.own());
             tuning.tally.first_unstable = Some(format!("{was} {place}, and {half} at half the step"));
         }
