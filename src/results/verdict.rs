@@ -6,7 +6,7 @@ use super::describe;
 use super::saved::{Check, CheckOfAll, Measured, OfAll, SavedDesign, SavedTask};
 use crate::search::{NOTHING, keeps};
 
-/// The names of checks of which more is to be said than what they come to.
+/// The name of the check that the search itself makes.
 pub(super) const HALF_STEP: &str = "half the step, finer contacts";
 /// What a robot does without its actuators is no work of theirs: it topples, rolls on, or trembles by an error of the solver.
 pub(super) const HELD: &str = "its actuators held still";
@@ -128,8 +128,8 @@ fn share(rules: &RuleSet, name: &str) -> f64 {
     }
 }
 
-/// A robot whose value is better than with its actuators held still by less, in its unit, does not move. What differs by rounding differs by
-/// less, and what moves by more, in any unit that people choose.
+/// A robot whose value exceeds that with its actuators held still by less than this, in the unit of the value, does not move: rounding
+/// makes smaller differences, and robots that move make larger ones.
 const STILL: f64 = 1e-6;
 
 /// Whether a design does no better, in any task, than with its actuators held still.

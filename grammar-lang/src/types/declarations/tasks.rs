@@ -291,7 +291,7 @@ impl<'a> Declarations<'a> {
                     Diagnostic::new(
                         Code::OBJECTIVE_UNIT,
                         value.span,
-                        format!("the objective has the dimension {d}, and needs a unit to be told in"),
+                        format!("the objective has the dimension {d}, so it needs a unit"),
                     )
                     .label(format!("of the dimension {d}"))
                     .help(format!(
