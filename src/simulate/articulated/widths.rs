@@ -27,7 +27,10 @@ pub(super) fn widths(lowered: Lowered, settings: &Settings) -> Vec<Width> {
     let level = Level::new();
     #[cfg(target_arch = "x86_64")]
     {
-        if level.as_sse2().is_some() {
+        // Four lanes fill the vectors of SSE2; with AVX2 an instruction need not overwrite what it reads.
+        if level.as_avx2().is_some() {
+            widths.push(width(4, |l, s, w| make::<f32x4<_>>(Level::new().as_avx2(), l, s, w)));
+        } else if level.as_sse2().is_some() {
             widths.push(width(4, |l, s, w| make::<f32x4<_>>(Level::new().as_sse2(), l, s, w)));
         }
         if level.as_avx2().is_some() {

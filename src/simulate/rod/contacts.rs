@@ -1,7 +1,8 @@
 //! Contacts with Coulomb friction: projected Gauss-Seidel, one contact after the other, with the cone itself.
 
-use nalgebra::{Matrix3, Matrix6x3, Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3, Vector6};
 
+use super::block::{Rows, transposed_product, zeros};
 use super::factor::TreeFactor;
 use super::links::{Motor, Place};
 
@@ -12,12 +13,17 @@ const MEND: f64 = 0.2;
 /// No faster than this, m/s.
 const MEND_SPEED: f64 = 0.2;
 
+/// The columns of the rows of a contact: the normal, two directions along the surface, and one of zeros, which fills the vectors of the processor.
+pub(super) const WAYS: usize = 4;
+
 /// A contact in a step, in the factorised space: its speed is the product of its rows and the bodies' own vectors.
 #[derive(Clone, Debug)]
 pub(super) struct Contact {
-    /// Along the paths of its bodies to the root: the rows of the normal and of two directions along the surface.
-    rows: Vec<(usize, Matrix6x3<f64>)>,
+    /// Along the paths of its bodies to the root: the normal and two directions along the surface.
+    rows: Vec<(usize, Rows<WAYS>)>,
     own: Matrix3<f64>,
+    /// What makes an impulse the root of twice an energy: the measure in which all changes are compared.
+    measure: f64,
     /// The least speed apart, m/s.
     least: f64,
     friction: f64,
@@ -42,13 +48,14 @@ pub(super) struct Spot {
 
 impl Contact {
     /// A contact, which begins with the impulse of the last step.
+    #[inline(always)]
     pub(super) fn new(
         spot: &Spot,
         places: &[Place],
         factor: &TreeFactor,
         last: Vector3<f64>,
         step: f64,
-        room: &mut [Matrix6x3<f64>],
+        room: &mut [Rows<WAYS>],
     ) -> Self {
         let normal = spot.normal;
         let first = if normal.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
@@ -56,41 +63,62 @@ impl Contact {
         let directions = [normal, first, normal.cross(&first)];
         let jacobian = |body: usize, sign: f64| {
             let arm = spot.point - places[body].centre;
-            let columns = directions.map(|way| {
+            let mut rows: Rows<WAYS> = zeros();
+            for (column, way) in directions.into_iter().enumerate() {
                 let turn = arm.cross(&way);
-                Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z) * sign
-            });
-            Matrix6x3::from_columns(&columns)
+                let along = [way.x, way.y, way.z, turn.x, turn.y, turn.z];
+                rows.iter_mut().zip(along).for_each(|(row, value)| row[column] = value * sign);
+            }
+            rows
         };
         let mut path: Vec<usize> = factor.path(spot.body).collect();
-        room[spot.body] += jacobian(spot.body, 1.0);
+        // No room is in use: a contact is between two bodies.
+        room[spot.body] = jacobian(spot.body, 1.0);
         if let Some(other) = spot.other {
             path.extend(factor.path(other));
-            room[other] += jacobian(other, -1.0);
+            room[other] = jacobian(other, -1.0);
             path.sort_unstable_by(|a, b| b.cmp(a));
             path.dedup();
         }
         let rows = factor.forward_rows(&path, room);
-        let own = rows.iter().map(|(_, rows)| rows.tr_mul(rows)).sum();
+        let mut own = Matrix3::zeros();
+        for (_, rows) in &rows {
+            let squares = transposed_product(rows, rows);
+            own += Matrix3::from_fn(|row, column| squares[row][column]);
+        }
+        let measure = own.norm().sqrt();
         let deep = (-spot.gap - SLOP).max(0.0);
         let least = if spot.gap > 0.0 { -spot.gap / step } else { (deep * MEND / step).min(MEND_SPEED) };
-        Self { rows, own, least, friction: spot.friction, impulse: last, slot: spot.slot }
+        Self { rows, own, measure, least, friction: spot.friction, impulse: last, slot: spot.slot }
     }
 
     /// Adds an impulse to what the bodies have.
-    fn push(&self, impulse: &Vector3<f64>, vectors: &mut [Vector6<f64>]) {
+    #[inline(always)]
+    fn push(&self, impulse: &Vector3<f64>, vectors: &mut [[f64; 6]]) {
         for (body, rows) in &self.rows {
-            vectors[*body] += rows * impulse;
+            for (value, [normal, first, second, _]) in vectors[*body].iter_mut().zip(rows) {
+                *value += normal * impulse.x + first * impulse.y + second * impulse.z;
+            }
         }
     }
 
     /// The speeds along its three directions.
-    fn speeds(&self, vectors: &[Vector6<f64>]) -> Vector3<f64> {
-        self.rows.iter().map(|(body, rows)| rows.tr_mul(&vectors[*body])).sum()
+    #[inline(always)]
+    fn speeds(&self, vectors: &[[f64; 6]]) -> Vector3<f64> {
+        let mut speeds = [0.0; WAYS];
+        for (body, rows) in &self.rows {
+            let mut sums = [0.0; WAYS];
+            for (row, value) in rows.iter().zip(&vectors[*body]) {
+                sums.iter_mut().zip(row).for_each(|(sum, way)| *sum += way * value);
+            }
+            speeds.iter_mut().zip(sums).for_each(|(speed, sum)| *speed += sum);
+        }
+        Vector3::new(speeds[0], speeds[1], speeds[2])
     }
 
     /// Finds its impulse while the others keep theirs. By how much it changes.
-    fn relax(&mut self, vectors: &mut [Vector6<f64>]) -> f64 {
+    #[inline(always)]
+    fn relax(&mut self, vectors: &mut [[f64; 6]]) -> f64 {
         let speeds = self.speeds(vectors);
         let normal = (self.impulse.x - (speeds.x - self.least) / self.own[(0, 0)]).max(0.0);
         let change = normal - self.impulse.x;
@@ -107,12 +135,13 @@ impl Contact {
         let by = now - self.impulse;
         self.push(&by, vectors);
         self.impulse = now;
-        by.norm() * self.own.norm().sqrt()
+        by.norm() * self.measure
     }
 
-    /// How much it does, in the measure in which all are compared: the root of twice an energy.
+    /// How much it does.
+    #[inline(always)]
     fn size(&self) -> f64 {
-        self.impulse.norm() * self.own.norm().sqrt()
+        self.impulse.norm() * self.measure
     }
 }
 
@@ -150,7 +179,7 @@ impl Law {
 /// A condition on a link in a step, in the factorised space.
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
-    rows: Vec<(usize, Vector6<f64>)>,
+    rows: Vec<(usize, Rows<1>)>,
     own: f64,
     law: Law,
     pub(super) impulse: f64,
@@ -164,32 +193,32 @@ impl Drive {
         (body, parent): (usize, usize),
         along: [Vector6<f64>; 2],
         factor: &TreeFactor,
-        room: &mut [Matrix6x3<f64>],
+        room: &mut [Rows<1>],
     ) -> Self {
         let path: Vec<usize> = factor.path(body).collect();
         for (body, along) in [body, parent].into_iter().zip(along) {
-            let sum = room[body].column(0) + along;
-            room[body].set_column(0, &sum);
+            room[body].iter_mut().zip(&along).for_each(|([sum], along)| *sum += along);
         }
-        let rows: Vec<(usize, Vector6<f64>)> = factor
-            .forward_rows(&path, room)
-            .into_iter()
-            .map(|(body, rows)| (body, rows.column(0).into_owned()))
-            .collect();
-        let own = rows.iter().map(|(_, row)| row.norm_squared()).sum();
+        let rows = factor.forward_rows(&path, room);
+        let own = rows.iter().map(|(_, row)| row.iter().map(|[value]| value * value).sum::<f64>()).sum();
         Self { rows, own, law, impulse: law.clamp(last) }
     }
 
     /// Adds an impulse to what the bodies have.
-    fn push(&self, impulse: f64, vectors: &mut [Vector6<f64>]) {
+    #[inline(always)]
+    fn push(&self, impulse: f64, vectors: &mut [[f64; 6]]) {
         for (body, row) in &self.rows {
-            vectors[*body] += row * impulse;
+            vectors[*body].iter_mut().zip(row).for_each(|(value, [along])| *value += along * impulse);
         }
     }
 
     /// Finds its impulse while all others keep theirs. By how much it changes, as an impulse of what moves.
-    fn relax(&mut self, vectors: &mut [Vector6<f64>]) -> f64 {
-        let speed: f64 = self.rows.iter().map(|(body, row)| row.dot(&vectors[*body])).sum();
+    #[inline(always)]
+    fn relax(&mut self, vectors: &mut [[f64; 6]]) -> f64 {
+        let along = |(body, row): &(usize, Rows<1>)| -> f64 {
+            row.iter().zip(&vectors[*body]).map(|([along], value)| along * value).sum()
+        };
+        let speed: f64 = self.rows.iter().map(along).sum();
         let change = match self.law {
             Law::Motor(Motor { offset, slope, .. }) => {
                 (offset + speed + self.impulse / slope) / (self.own + 1.0 / slope)
@@ -209,10 +238,11 @@ impl Drive {
 }
 
 /// Finds the impulses of all drives and contacts, in so many sweeps at most: one that changes them by no more than a share is the last.
+#[inline(always)]
 pub(super) fn solve(
     drives: &mut [Drive],
     contacts: &mut [Contact],
-    vectors: &mut [Vector6<f64>],
+    vectors: &mut [[f64; 6]],
     (sweeps, tolerance): (usize, f64),
 ) {
     for drive in drives.iter() {

@@ -3,7 +3,9 @@
 //! Blocks are numbered with parents before children. Eliminated from the last to the first, each block changes that of its parent
 //! alone (George and Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981, chapter 4).
 
-use nalgebra::{Cholesky, Matrix6, Matrix6x3, Vector6};
+use nalgebra::Matrix6;
+
+use super::block::{Rows, Triangle, rows_of, subtract, transposed_product, zeros};
 
 /// A symmetric matrix: a block of six by six for each body, and one for each body and its parent.
 #[derive(Clone, Debug)]
@@ -35,28 +37,32 @@ impl TreeMatrix {
 pub(super) struct TreeFactor {
     parents: Vec<usize>,
     /// The triangles on the diagonal.
-    own: Vec<Matrix6<f64>>,
+    own: Vec<Triangle>,
     /// The blocks beside them, in the column of the parent.
-    coupling: Vec<Matrix6<f64>>,
+    coupling: Vec<Rows<6>>,
 }
 
 impl TreeFactor {
     /// Room for the factor of a matrix.
     pub(super) fn new(matrix: &TreeMatrix) -> Self {
-        Self { parents: matrix.parents.clone(), own: matrix.own.clone(), coupling: matrix.coupling.clone() }
+        let parents = matrix.parents.clone();
+        let (own, coupling) = (vec![Triangle::zeros(); parents.len()], vec![zeros(); parents.len()]);
+        Self { parents, own, coupling }
     }
 
     /// Factorises a matrix, which is left as it came to be on the way. False if it is not positive definite.
+    #[inline(always)]
     pub(super) fn factorise(&mut self, matrix: &mut TreeMatrix) -> bool {
         for body in (0..self.parents.len()).rev() {
-            let Some(triangle) = Cholesky::new(matrix.own[body]) else { return false };
-            let triangle = triangle.l();
+            let Some(triangle) = Triangle::new(&matrix.own[body]) else { return false };
             if body > 0 {
-                let mut coupling = matrix.coupling[body];
-                if !triangle.solve_lower_triangular_mut(&mut coupling) {
-                    return false;
-                }
-                matrix.own[self.parents[body]] -= coupling.tr_mul(&coupling);
+                let mut coupling = rows_of(&matrix.coupling[body]);
+                triangle.solve(&mut coupling);
+                // It is symmetric: whether by rows or by columns is all the same.
+                subtract(
+                    &mut matrix.own[self.parents[body]].data.0,
+                    &transposed_product(&coupling, &coupling),
+                );
                 self.coupling[body] = coupling;
             }
             self.own[body] = triangle;
@@ -65,51 +71,55 @@ impl TreeFactor {
     }
 
     /// The half of a solution that goes from the leaves to the root, in place.
-    pub(super) fn forward(&self, vector: &mut [Vector6<f64>]) {
+    #[inline(always)]
+    pub(super) fn forward(&self, vectors: &mut [[f64; 6]]) {
         for body in (0..self.parents.len()).rev() {
-            self.forward_one(body, vector);
+            let mut own = vectors[body].map(|value| [value]);
+            self.own[body].solve(&mut own);
+            vectors[body] = own.map(|[value]| value);
+            if body > 0 {
+                let [for_parent] = transposed_product(&own, &self.coupling[body]);
+                for (value, by) in vectors[self.parents[body]].iter_mut().zip(for_parent) {
+                    *value -= by;
+                }
+            }
         }
     }
 
-    /// The same of three vectors at once, along a path on which each body stands before its parent; the room is empty again.
-    pub(super) fn forward_rows(
+    /// The same of several columns at once, along a path on which each body stands before its parent; the room is empty again.
+    #[inline(always)]
+    pub(super) fn forward_rows<const N: usize>(
         &self,
         path: &[usize],
-        room: &mut [Matrix6x3<f64>],
-    ) -> Vec<(usize, Matrix6x3<f64>)> {
+        room: &mut [Rows<N>],
+    ) -> Vec<(usize, Rows<N>)> {
         let mut rows = Vec::with_capacity(path.len());
         for &body in path {
-            let mut own = std::mem::replace(&mut room[body], Matrix6x3::zeros());
-            self.own[body].solve_lower_triangular_mut(&mut own);
+            let mut own = std::mem::replace(&mut room[body], zeros());
+            self.own[body].solve(&mut own);
             if body > 0 {
-                let for_parent = self.coupling[body].tr_mul(&own);
-                room[self.parents[body]] -= for_parent;
+                subtract(&mut room[self.parents[body]], &transposed_product(&self.coupling[body], &own));
             }
             rows.push((body, own));
         }
         rows
     }
 
-    fn forward_one(&self, body: usize, vector: &mut [Vector6<f64>]) {
-        let mut own = vector[body];
-        // The triangle of a positive definite matrix has no zero on its diagonal.
-        self.own[body].solve_lower_triangular_mut(&mut own);
-        vector[body] = own;
-        if body > 0 {
-            let for_parent = self.coupling[body].tr_mul(&own);
-            vector[self.parents[body]] -= for_parent;
-        }
-    }
-
     /// The half of a solution that goes from the root to the leaves, in place.
-    pub(super) fn backward(&self, vector: &mut [Vector6<f64>]) {
+    #[inline(always)]
+    pub(super) fn backward(&self, vectors: &mut [[f64; 6]]) {
         for body in 0..self.parents.len() {
-            let mut own = vector[body];
+            let mut own = vectors[body];
             if body > 0 {
-                own -= self.coupling[body] * vector[self.parents[body]];
+                let parent = vectors[self.parents[body]];
+                for (value, row) in own.iter_mut().zip(&self.coupling[body]) {
+                    let products = std::array::from_fn::<f64, 6, _>(|column| row[column] * parent[column]);
+                    let [first, rest @ ..] = products;
+                    *value -= rest.into_iter().fold(first, |sum, product| sum + product);
+                }
             }
-            self.own[body].tr_solve_lower_triangular_mut(&mut own);
-            vector[body] = own;
+            self.own[body].solve_transposed(&mut own);
+            vectors[body] = own;
         }
     }
 
@@ -122,9 +132,9 @@ impl TreeFactor {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{DMatrix, DVector, Matrix6, Matrix6x3, Vector6};
+    use nalgebra::{DMatrix, DVector, Matrix6};
 
-    use super::{TreeFactor, TreeMatrix};
+    use super::{TreeFactor, TreeMatrix, zeros};
 
     /// Both halves solve what a dense matrix of the same numbers solves.
     #[test]
@@ -148,7 +158,7 @@ mod tests {
                 dense.view_mut((6 * parent, 6 * body), (6, 6)).copy_from(&matrix.coupling[body].transpose());
             }
         }
-        let right: Vec<Vector6<f64>> = parents.iter().map(|_| Vector6::from_fn(|_, _| random())).collect();
+        let right: Vec<[f64; 6]> = parents.iter().map(|_| std::array::from_fn(|_| random())).collect();
         let mut factor = TreeFactor::new(&matrix);
         assert!(factor.factorise(&mut matrix.clone()));
         let mut found = right.clone();
@@ -162,16 +172,16 @@ mod tests {
             }
         }
         // A vector that begins at one body goes along its path.
-        let mut whole = vec![Vector6::zeros(); parents.len()];
-        whole[6] = Vector6::repeat(1.0);
-        let mut room = vec![Matrix6x3::zeros(); parents.len()];
-        room[6].fill_column(1, 1.0);
+        let mut whole = vec![[0.0; 6]; parents.len()];
+        whole[6] = [1.0; 6];
+        let mut room = vec![zeros::<3>(); parents.len()];
+        room[6] = [[0.0, 1.0, 0.0]; 6];
         factor.forward(&mut whole);
         let path: Vec<usize> = factor.path(6).collect();
         for (body, rows) in factor.forward_rows(&path, &mut room) {
-            assert!((rows.column(1) - whole[body]).norm() < 1e-15);
+            assert_eq!(rows.map(|row| row[1]), whole[body]);
         }
-        assert!(room.iter().all(|rows| *rows == Matrix6x3::zeros()));
+        assert!(room.iter().all(|rows| *rows == zeros()));
         assert_eq!(factor.path(6).collect::<Vec<_>>(), [6, 5, 4, 0]);
     }
 }

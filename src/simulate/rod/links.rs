@@ -216,6 +216,7 @@ impl Link {
     }
 
     /// How it is deformed where a step begins, where it acts, and its axes there. An angle is as near as can be to that before.
+    #[inline(always)]
     fn deformed(&self, parent: &Place, body: &Place, before: f64) -> ([f64; 6], Vector3<f64>, Matrix3<f64>) {
         let ends = [parent.centre + parent.turn * self.arms[0], body.centre + body.turn * self.arms[1]];
         let between = parent.turn.inverse() * body.turn;
@@ -247,6 +248,7 @@ impl Link {
     }
 
     /// What it does in a step that begins here, towards a target.
+    #[inline(always)]
     pub(super) fn act(&self, parent: &Place, body: &Place, target: f64, before: f64, step: f64) -> Action {
         let (deformation, at, axes) = self.deformed(parent, body, before);
         let (mut stiffness, mut damping) = (self.stiffness, self.damping);
@@ -276,6 +278,7 @@ impl Link {
     }
 
     /// The energy of its springs, J, but for what a drive moves.
+    #[inline(always)]
     pub(super) fn energy(&self, action: &Action, target: f64) -> f64 {
         let mut sum = 0.0;
         for axis in 0..6 {
@@ -290,6 +293,7 @@ impl Link {
     }
 
     /// The work that its drive does in a step after which the bodies move so, J.
+    #[inline(always)]
     pub(super) fn work(&self, action: &Action, parent: &Place, body: &Place, step: f64) -> f64 {
         let own = self.driven;
         let rate = action.rates(parent, body)[own];
@@ -318,6 +322,7 @@ impl Link {
 
 impl Action {
     /// How fast it deforms when its bodies move so.
+    #[inline(always)]
     pub(super) fn rates(&self, parent: &Place, body: &Place) -> [f64; 6] {
         let moves = |place: &Place| place.velocity + place.spin.cross(&(self.at - place.centre));
         let turns = self.axes.tr_mul(&(body.spin - parent.spin));
@@ -326,6 +331,7 @@ impl Action {
     }
 
     /// The impulses of the springs on the child and on the parent: force first, then torque about the centre.
+    #[inline(always)]
     pub(super) fn impulses(&self, parent: &Place, body: &Place, step: f64) -> [Vector6<f64>; 2] {
         let [a, b, c, d, e, f] = self.effort;
         let torque = self.axes * Vector3::new(a, b, c) * -step;
@@ -338,6 +344,7 @@ impl Action {
     }
 
     /// What it adds to the matrix of a step: to the block of the child, to that of the parent, and between the two.
+    #[inline(always)]
     pub(super) fn matrices(&self, parent: &Place, body: &Place, step: f64) -> [Matrix6<f64>; 3] {
         let each = |axis: usize| (self.stiffness[axis] * step + self.damping[axis]) * step;
         let in_world = |first: usize| {

@@ -11,6 +11,7 @@
 //! them exactly. All in double precision, and the same on every platform.
 
 mod again;
+mod block;
 mod contacts;
 mod discs;
 mod factor;

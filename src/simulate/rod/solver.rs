@@ -1,8 +1,11 @@
 //! The body as discs, blocks and links, and its steps.
 
-use nalgebra::{Isometry3, Matrix3, Matrix6x3, UnitQuaternion, Vector3, Vector6};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
-use super::contacts::{self, Contact, Drive, Law, Spot};
+use super::block::{Rows, zeros};
+use super::contacts::{self, Contact, Drive, Law, Spot, WAYS};
 use super::discs::{Beam, Discs, Link as From, Part};
 use super::factor::{TreeFactor, TreeMatrix};
 use super::ground::{Near, Sole};
@@ -85,7 +88,10 @@ pub(super) struct Rods {
     remembered: Vec<Vector3<f64>>,
     matrix: TreeMatrix,
     factor: TreeFactor,
-    room: Vec<Matrix6x3<f64>>,
+    /// Where contacts and drives put their rows while they are made: zeros between.
+    room: (Vec<Rows<WAYS>>, Vec<Rows<1>>),
+    /// The vectors of this processor.
+    level: Level,
     /// The lowest balance of energy and work so far, J.
     lowest: f64,
     /// How much energy may come from nowhere, J.
@@ -177,7 +183,8 @@ impl Rods {
             actions: Vec::new(),
             factor: TreeFactor::new(&matrix),
             matrix,
-            room: vec![Matrix6x3::zeros(); count],
+            room: (vec![zeros(); count], vec![zeros(); count]),
+            level: Level::new(),
             lowest: f64::MAX,
             // Without weight a body may still spin: as much as on earth.
             allowed: mass * settings.gravity.max(9.81) * ALLOWED,
@@ -211,13 +218,15 @@ impl Rods {
     }
 
     /// The inertia of a body in the axes of the world, kg m^2.
+    #[inline(always)]
     fn inertia(&self, body: usize) -> Matrix3<f64> {
         let turn = self.places[body].turn.to_rotation_matrix();
         turn.matrix() * self.bodies[body].inertia * turn.matrix().transpose()
     }
 
     /// Fills the matrix of a step, and finds its right side: momenta with the impulses of weight and springs.
-    fn gather(&mut self) -> Vec<Vector6<f64>> {
+    #[inline(always)]
+    fn gather(&mut self) -> Vec<[f64; 6]> {
         let step = self.settings.step;
         self.matrix.clear();
         let mut right = Vec::with_capacity(self.bodies.len());
@@ -229,7 +238,7 @@ impl Rods {
             let momentum = &self.momenta[number];
             let linear = momentum.linear + self.gravity * (body.mass * step);
             let angular = momentum.angular;
-            right.push(Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z));
+            right.push([linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]);
         }
         for number in 0..self.links.len() {
             let link = &self.links[number];
@@ -241,8 +250,9 @@ impl Rods {
             self.matrix.own[link.parent] += on_parent;
             self.matrix.coupling[link.body] += between;
             let [to_body, to_parent] = action.impulses(parent, body, step);
-            right[link.body] += to_body;
-            right[link.parent] += to_parent;
+            for (number, impulses) in [(link.body, to_body), (link.parent, to_parent)] {
+                right[number].iter_mut().zip(&impulses).for_each(|(value, impulse)| *value += impulse);
+            }
             self.actions[number] = action;
         }
         right
@@ -299,6 +309,7 @@ impl Rods {
         spots
     }
 
+    #[inline(always)]
     fn advance(&mut self) -> Result<(), Invalid> {
         let step = self.settings.step;
         let mut vectors = self.gather();
@@ -322,7 +333,7 @@ impl Rods {
                 let Some(law) = law else { continue };
                 let along = link.along(action, &self.places[link.parent], &self.places[link.body]);
                 let (pair, last) = ((link.body, link.parent), self.pushes[number][which]);
-                drives.push(Drive::new((law, last), pair, along, &self.factor, &mut self.room));
+                drives.push(Drive::new((law, last), pair, along, &self.factor, &mut self.room.1));
                 places.push((number, which));
             }
         }
@@ -330,7 +341,7 @@ impl Rods {
         let mut contacts = Vec::with_capacity(spots.len());
         for spot in &spots {
             let last = self.remembered[spot.slot];
-            contacts.push(Contact::new(spot, &self.places, &self.factor, last, step, &mut self.room));
+            contacts.push(Contact::new(spot, &self.places, &self.factor, last, step, &mut self.room.0));
         }
         contacts::solve(
             &mut drives,
@@ -369,6 +380,7 @@ impl Rods {
     }
 
     /// How much more energy there is than there was at least, but for the work of drives, J: in truth it only falls.
+    #[inline(always)]
     fn gained(&mut self) -> f64 {
         let work: f64 = self.work.iter().map(|[all, _]| all).sum();
         let balance = self.energy() - work;
@@ -544,7 +556,12 @@ impl Stepper for Rods {
 
     fn step(&mut self) {
         if self.failure.is_none() {
-            self.failure = self.advance().err();
+            let level = self.level;
+            self.failure = dispatch!(level, kit => kit.vectorize(
+                #[inline(always)]
+                || self.advance(),
+            ))
+            .err();
         }
     }
 
