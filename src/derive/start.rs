@@ -6,7 +6,7 @@ use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{EvalError, PartId, Value, evaluate};
 use grammar_lang::ir::{Param, Placed, RuleSet, Symmetry};
 
-use grammar_lang::names::with_changes;
+use grammar_lang::names::{Change, with_changes};
 use grammar_lang::source::{FileId, SourceMap};
 
 use super::apply::{Blocked, attachment};
@@ -99,7 +99,12 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
     }
     let begun = begin(rules).0;
     let mut found = super::refused::check(rules, &begun);
-    let lost = overwritten(rules, &begun.design);
+    let overwritten = |design: &Design| {
+        let mut lost = overwritten(rules, design);
+        lost.extend(overwritten_in_variants(rules, design, &compiled.changes));
+        lost
+    };
+    let lost = overwritten(&begun.design);
     let told = !lost.is_empty();
     found.extend(lost);
     if rules.lattice.is_none() && begun.design.parts.len() > rules.begin.len() {
@@ -116,7 +121,7 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
         Some((_, Ok(start))) => {
             found.extend(super::divisors::check(rules, &start));
             if !told {
-                found.extend(overwritten(rules, &start.design));
+                found.extend(overwritten(&start.design));
             }
         }
         None => found.extend(super::divisors::check(rules, &begun)),
@@ -138,6 +143,28 @@ pub fn overwritten(rules: &RuleSet, design: &Design) -> Vec<Diagnostic> {
         .help("vary what this rule reads, begin with another design, or leave `-p` out")
     };
     given.filter(|(_, param)| param.given).map(error).collect()
+}
+
+/// The same of values that variants set.
+fn overwritten_in_variants(rules: &RuleSet, design: &Design, changes: &[Change]) -> Vec<Diagnostic> {
+    let is_lost = |name: &str| {
+        design.values.contains_key(name) && rules.params.get(name).is_some_and(|param| !param.given)
+    };
+    let error = |change: &Change| {
+        let (name, (place, variant)) = (change.sets().filter(|name| is_lost(name))?, change.source());
+        let message = format!(
+            "the value of `{name}` that the variant `{variant}` sets is not that of the first design"
+        );
+        Some(
+            Diagnostic::new(Code::NO_EFFECT, place, message)
+                .label("a rule has set it to another one there")
+                .help("change what this rule reads, or the rule, or leave this line out"),
+        )
+    };
+    // Of several variants, one upon the other, the last one counts.
+    let last =
+        |(place, change): (usize, &Change)| changes[place + 1..].iter().all(|c| c.sets() != change.sets());
+    changes.iter().enumerate().filter(|one| last(*one)).filter_map(|(_, change)| error(change)).collect()
 }
 
 /// Reports the requirement that the initial design breaks, if it does.

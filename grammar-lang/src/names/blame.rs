@@ -38,6 +38,23 @@ fn has_word(text: &str, word: &str) -> bool {
     text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|w| w == word)
 }
 
+impl Change {
+    /// The name whose value it sets, if it changes a whole parameter.
+    #[must_use]
+    pub fn sets(&self) -> Option<&str> {
+        match self.path.as_slice() {
+            [name] if self.edited.is_some() => Some(name),
+            _ => None,
+        }
+    }
+
+    /// Where the variant says so, and what the variant is called.
+    #[must_use]
+    pub fn source(&self) -> (Span, &str) {
+        (self.place, &self.variant)
+    }
+}
+
 pub(super) fn within(inner: Span, outer: Span) -> bool {
     inner.file == outer.file && inner.start >= outer.start && inner.end <= outer.end
 }
