@@ -63,7 +63,7 @@ fn oddity(kind: FileType, may_be_pipe: bool) -> Option<&'static str> {
             return (!may_be_pipe).then_some("this is a pipe, not a file");
         }
     }
-    Some("this is no file")
+    Some("this is not a file")
 }
 
 /// All that comes, if that is no more than [`LONGEST`].

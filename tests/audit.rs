@@ -189,7 +189,7 @@ fn a_body_that_cannot_be_made_is_refused_with_the_reason() {
     assert_eq!(reasons, ["`few` would be broken: the box is small"]);
     let row = cubes("rule grow { match p : part with free port q where q is front attach cube to q }");
     let Answer::No(reasons) = ask(&row, &wanted) else { panic!("it is no row") };
-    assert!(reasons[0].starts_with("of its own steps, number 1 cannot be made"), "{reasons:?}");
+    assert!(reasons[0].starts_with("step 1 of its own derivation cannot be applied"), "{reasons:?}");
     let balls = cubes("rule grow { match p : part with free port q attach ball to q }");
     assert!(matches!(ask(&balls, &wanted), Answer::No(_)));
 }
@@ -203,7 +203,7 @@ fn a_search_that_gives_up_says_so() {
          rule turn { match p : part where p is not core choose angle in { 90 deg, 180 deg } set p.turn = p.turn + angle }",
     );
     let Answer::Open(reasons) = ask(&turning, &wanted) else { panic!("not decided") };
-    assert!(reasons.last().unwrap().starts_with("only ways through designs"), "{reasons:?}");
+    assert!(reasons.last().unwrap().starts_with("only derivations through designs"), "{reasons:?}");
 }
 
 /// Checks every number and truth within an expression against what is said of it.
@@ -310,10 +310,10 @@ fn an_expression_without_a_value_does_not_end_an_audit() {
     assert_eq!(output.status.code(), Some(0), "{out}{errors}");
     assert!(out.contains("never applied: no value, every time"), "{out}");
     assert!(
-        errors.contains("a negative number has no square root; ") && errors.contains("refused for it"),
+        errors.contains("a negative number has no square root; ") && errors.contains("refused because of it"),
         "{errors}"
     );
-    assert!(out.contains("different designs by the number of moves"), "{out}");
+    assert!(out.contains("different designs after each number of moves"), "{out}");
 }
 
 /// Sixty million values of ten choices are not listed before the budget is asked.

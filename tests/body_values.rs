@@ -316,5 +316,5 @@ fn a_step_that_takes_one_back_names_no_step() {
         "step a = add_leg(p = core.site[0])\nstep b = add_leg(p = core.site[1])\nstep c = undo(done = b)";
     plate(&format!("{steps}\nexpect count(leg) == 2"), "").unwrap();
     let told = plate(&format!("{steps}\nstep d = undo(done = c)"), "").unwrap_err();
-    assert!(told.contains("cannot be done") || told.contains("not there"), "{told}");
+    assert!(told.contains("cannot be applied") || told.contains("not there"), "{told}");
 }

@@ -87,8 +87,12 @@ fn nothing_is_overwritten_unless_by_force_and_nothing_is_half_written() {
         (vec!["calibrate", "nowhere.toml", "--for", base], 2, "cannot read nowhere.toml"),
         (vec!["calibrate", "tendons.toml"], 2, "--for"),
         (vec!["calibrate", "tendons.toml", "--for", "nowhere.sgr"], 2, "cannot read nowhere.sgr"),
-        (vec!["calibrate", "tendons.toml", "--for", "tendons.toml"], 2, "no grammar file"),
-        (vec!["calibrate", "empty.toml", "--for", base], 2, "empty.toml:1: there is no measurement"),
+        (vec!["calibrate", "tendons.toml", "--for", "tendons.toml"], 2, "is not a grammar file"),
+        (
+            vec!["calibrate", "empty.toml", "--for", base],
+            2,
+            "empty.toml:1: this file contains no measurement",
+        ),
         (
             vec!["calibrate", "against.toml", "--for", base],
             1,

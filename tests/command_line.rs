@@ -75,7 +75,11 @@ fn a_run_leaves_its_folder_and_eval_gives_the_same_value() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let output = sgc(&["eval", &one.to_string_lossy(), "--step", "1/50"]);
     assert_eq!(code(&output), 1, "{}", errors(&output));
-    assert!(errors(&output).contains("a step of hinges must be at most 1/60 s"), "{}", errors(&output));
+    assert!(
+        errors(&output).contains("the step of a model with hinges must be at most 1/60 s"),
+        "{}",
+        errors(&output)
+    );
     let output = sgc(&["eval", &one.to_string_lossy(), "--solver", "rapier"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let output = sgc(&["view", &one.to_string_lossy()]);
@@ -160,7 +164,7 @@ fn a_design_of_another_grammar_is_refused_with_the_reason() {
         ("\"seed\": 2", "\"seed\": \"x\"", "damaged"),
         ("\"body\": \"", "\"body\": \"0", "does not lead to the body"),
         ("\"rule\": \"add_block\"", "\"rule\": \"add_black\"", "cannot be applied"),
-        ("\"bender-1", "\"bender,1", "is no name"),
+        ("\"bender-1", "\"bender,1", "cannot be the name"),
         ("\"bender-1.twin\"", "\"bender-1\"", "two of its parts are called"),
     ] {
         assert!(text.contains(from), "{from}");
@@ -262,7 +266,7 @@ fn a_design_is_exported_and_a_motion_of_it_is_scored() {
         (
             vec!["export", &out, "--to", "drive", "--in", &set, "--world", "ice"],
             2,
-            "`--to motion` and `--to signals` alone",
+            "works only with `--to motion` and `--to signals`",
         ),
     ] {
         let output = sgc(&arguments);
@@ -706,7 +710,7 @@ fn a_search_begins_with_a_saved_design() {
     let judged = sgc(&["eval", &small, "--grammar", &file.to_string_lossy()]);
     assert!(errors(&judged).contains("make another body, of 2 parts instead of 3"), "{}", errors(&judged));
     // A parameter that was set when the design was made is told where it is not set.
-    assert!(errors(&output).contains("was made with max_parts = 3, which is not so here"));
+    assert!(errors(&output).contains("was made with max_parts = 3, but this command uses other values"));
     let same = sgc(&["eval", &small, "--grammar", &grammar, "-p", "max_parts=3"]);
     assert_eq!(code(&same), 0, "{}", errors(&same));
     assert!(!errors(&same).contains("was made with"), "{}", errors(&same));

@@ -321,8 +321,8 @@ fn names_that_a_file_gives_are_each_of_one_part() {
     for (text, says) in [
         (r#"{"0":"core"}"#, "its part 256 has no name in it"),
         (r#"{"0":"core","256":"core"}"#, "two of its parts are called `core`"),
-        (r#"{"0":"core","256":" "}"#, "` ` is no name for its part 256"),
-        (r#"{"0":"core","256":"a\u001b[2J"}"#, "is no name for its part 256"),
+        (r#"{"0":"core","256":" "}"#, "` ` cannot be the name of its part 256"),
+        (r#"{"0":"core","256":"a\u001b[2J"}"#, "cannot be the name of its part 256"),
     ] {
         let said = names(text).check(&[CORE, first_of(1)]).unwrap_err();
         assert!(said.to_string().contains(says), "{said}");

@@ -101,7 +101,7 @@ fn eval_says_what_to_expect_of_the_robot_when_it_is_built() {
     for words in [
         "speed on `threads`",
         "simulated (`settled_speed`)",
-        "(measured over simulated speed of E, F and G on tendon)",
+        "(from the measured and simulated speeds of E, F and G on tendon)",
         "of 3 lay where the others put it",
     ] {
         assert!(text.contains(words), "{words}: {text}");
@@ -210,7 +210,7 @@ fn a_target_that_changes_the_motion_is_refused_or_shown() {
         let text = said(&refused);
         assert_eq!(refused.status.code(), Some(2), "{edit}: {text}");
         for words in
-            ["would not move as it was simulated", "bender-1: bent by", contents, cut, "--accept-changes"]
+            ["would not move as in the simulation", "bender-1: bent by", contents, cut, "--accept-changes"]
         {
             assert!(text.contains(words), "{edit}: {words}: {text}");
         }
@@ -333,7 +333,7 @@ fn a_target_that_keeps_the_motion_is_played() {
         ("pneumatic", "set valves.safe = hold", "`safe` is hold (before: vent)"),
         ("tendon", "set threads.safe = rest", "`safe` is rest"),
         // A servo that has less to turn comes into the gait sooner.
-        ("tendon", "set threads.wheel = 21 mm", "only the first period, from rest, is another one"),
+        ("tendon", "set threads.wheel = 21 mm", "only the first period, which begins at rest, is different"),
     ] {
         let other = variant(folder.path(), &format!("{name}.sgr"), edit);
         let out = folder.path().join("drawn.svg");
@@ -341,12 +341,12 @@ fn a_target_that_keeps_the_motion_is_played() {
             run(&["drive", &design(name), "--dry-run", "--grammar", &other, "--out", &out.to_string_lossy()]);
         let text = said(&output);
         assert_eq!(output.status.code(), Some(0), "{edit}: {text}");
-        assert!(text.contains(says) && text.contains("move as they did"), "{edit}: {text}");
+        assert!(text.contains(says) && text.contains("move in the same way"), "{edit}: {text}");
     }
     // Nothing is said of the target that was simulated.
     let out = folder.path().join("drawn.svg");
     let output = run(&["drive", &design("tendon"), "--dry-run", "--out", &out.to_string_lossy(), "--force"]);
-    assert!(!said(&output).contains("target is another"), "{}", said(&output));
+    assert!(!said(&output).contains("target differs"), "{}", said(&output));
 }
 
 #[test]

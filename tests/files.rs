@@ -252,7 +252,7 @@ fn a_design_of_another_run_is_kept_and_told() {
     for command in [&["eval"][..], &["view"], &["export", "--to", "begin"]] {
         let refused = sgc(&[command, &[&*at]].concat());
         assert_eq!(code(&refused), 2, "{command:?}: {}", errors(&refused));
-        assert!(errors(&refused).contains("it is of another run"), "{command:?}: {}", errors(&refused));
+        assert!(errors(&refused).contains("it belongs to another run"), "{command:?}: {}", errors(&refused));
     }
     assert_eq!(std::fs::read(&best).unwrap(), foreign);
 }
@@ -282,7 +282,7 @@ fn several_runs_keep_what_they_replace_until_they_have_a_design() {
     let mut beside = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
     let older = beside.find(|path| path.to_string_lossy().contains(".replaced-")).unwrap();
     assert_eq!(std::fs::read(older.join("best.design.json")).unwrap(), best);
-    assert!(errors(&stopped).contains("what was there before is kept in"), "{}", errors(&stopped));
+    assert!(errors(&stopped).contains("the earlier contents are kept in"), "{}", errors(&stopped));
     let whole = sgc(&["resume", &at]);
     assert_eq!(code(&whole), 0, "{}", errors(&whole));
     assert!(run.join("seed-2/best.design.json").exists() && !older.exists());

@@ -90,7 +90,7 @@ fn files_change_only_as_they_should() {
     let (code, out, err) = said(&fmt(&["broken.sgr", "ugly.sgr", "fine.sgr"], folder.path()));
     assert_eq!((code, out.as_str()), (Some(1), ""));
     assert!(err.contains("E0103") && err.contains("broken.sgr:1:"), "{err}");
-    assert!(err.contains("ugly.sgr: laid out") && !err.contains("fine.sgr"), "{err}");
+    assert!(err.contains("ugly.sgr: formatted") && !err.contains("fine.sgr"), "{err}");
     assert_eq!(text("broken.sgr"), "let  a = \n");
     assert_eq!(text("ugly.sgr"), text("fine.sgr"));
     assert_eq!(said(&fmt(&["--check", "ugly.sgr"], folder.path())), (Some(0), String::new(), String::new()));
@@ -114,7 +114,7 @@ fn permissions_and_links_stay() {
     std::os::unix::fs::symlink("a.sgr", &link).unwrap();
     std::fs::set_permissions(&path, PermissionsExt::from_mode(0o444)).unwrap();
     let (code, _, err) = said(&fmt(&["a.sgr"], folder.path()));
-    assert!(code == Some(2) && err.contains("cannot lay out a.sgr: it is read-only"), "{err}");
+    assert!(code == Some(2) && err.contains("cannot format a.sgr: it is read-only"), "{err}");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "let a=3");
 
     std::fs::set_permissions(&path, PermissionsExt::from_mode(0o640)).unwrap();

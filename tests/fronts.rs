@@ -147,7 +147,7 @@ fn what_another_objective_comes_to_cannot_be_forged() {
     std::fs::write(&file, design).unwrap();
     let eval = sgc(&["eval", path(&file)]);
     assert_eq!(eval.status.code(), Some(1), "{}", said(&eval));
-    assert!(said(&eval).contains("what it comes to in another objective"), "{}", said(&eval));
+    assert!(said(&eval).contains("its value in another objective"), "{}", said(&eval));
 }
 
 /// A count of the design can be an objective: prices are told step by step.

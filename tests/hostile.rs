@@ -457,7 +457,7 @@ fn limits_are_told_with_their_reasons() {
     };
     assert!(!sgc_check(&["--format", "concise"], &row(256)).contains("E0601"));
     let told = sgc_check(&["--format", "concise"], &row(257));
-    assert!(told.contains("E0601") && told.contains("one step makes 256 parts at most"), "{told}");
+    assert!(told.contains("E0601") && told.contains("one step can make at most 256 parts"), "{told}");
     let rule = |i: usize| format!("rule r{i} {{ match p : part with free port q attach bender to q }}\n");
     let many = format!("{head}begin {{ place core : cube }}\n{}", (0..20_001).map(rule).collect::<String>());
     let told = sgc_check(&["--format", "concise"], &many);

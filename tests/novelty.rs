@@ -129,7 +129,7 @@ fn what_cannot_be_scored_is_told() {
     says(&[path(&both)], 2, "has several novelty sets: name one with --set (");
     says(&[path(&both), "--set", "mine"], 0, "1 design in the set");
     says(&[path(&novel), "--set", "literatur"], 2, "did you mean `literature`?");
-    says(&[path(&novel), path(&other)], 2, "so name one grammar");
+    says(&[path(&novel), path(&other)], 2, "only one grammar can give the novelty set");
     says(&[], 2, "required");
     says(&[path(&folder.path().join("nowhere"))], 2, "cannot read");
 
@@ -145,7 +145,7 @@ fn what_cannot_be_scored_is_told() {
     let others = run(&other, &folder.path().join("others"), "1");
     says(&[&others], 0, "2 designs in the set");
     let moved = run(&novel, &folder.path().join("moved"), "20");
-    says(&[&moved, &others], 1, "whose novelty set is another one: judge all designs by one grammar");
+    says(&[&moved, &others], 1, "which has another novelty set: judge all designs by one grammar");
     says(&[&moved, &others, "--grammar", path(&other)], 0, "3 designs in the set");
     says(&[&plain, "--grammar", path(&other)], 0, "was made by `none`: here it is simulated as `other` says");
 }

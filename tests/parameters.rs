@@ -313,7 +313,7 @@ fn a_design_is_not_read_with_other_values_of_an_enumeration() {
         let output = crate::support::sgc(folder.path(), &arguments);
         let said = crate::support::said(&output);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-        assert_eq!(said.contains("by their place"), code == 1, "{arguments:?}: {said}");
+        assert_eq!(said.contains("as its place in the list"), code == 1, "{arguments:?}: {said}");
     }
 }
 

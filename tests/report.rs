@@ -168,7 +168,7 @@ fn groups_are_compared_and_damage_is_told() {
     let page = read(out.join("index.html"));
     assert!(page.contains("was changed after it was saved") && page.matches("class=\"solid\"").count() == 1);
     for (other, told) in [
-        (read(other.join("seed-7/best.design.json")), "it is of another run"),
+        (read(other.join("seed-7/best.design.json")), "it belongs to another run"),
         (forged(&text.replacen("\"value\": ", "\"value\": 9", 1)), "another one than result.json says"),
     ] {
         std::fs::write(&design, other).unwrap();
@@ -193,7 +193,7 @@ fn groups_are_compared_and_damage_is_told() {
         earlier.as_object_mut().unwrap().remove(field).unwrap();
     }
     std::fs::write(&result, earlier.to_string()).unwrap();
-    says(&[&one], "are no runs of one grammar");
+    says(&[&one], "are not runs of one grammar");
     std::fs::write(&asked, text).unwrap();
     std::fs::write(&result, complete).unwrap();
 

@@ -99,7 +99,7 @@ fn terms_read_the_period_of_all() {
     let entry = sources.add("own.sgr", apart);
     let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
     let told = format!("{:?}", compiled.diagnostics);
-    assert!(told.contains("declare `shared period : Time in ...` once, outside of the actuations"), "{told}");
+    assert!(told.contains("declare `shared period : Time in ...` once, outside the actuations"), "{told}");
 }
 
 /// A body's new parts read the rhythm that the others have found.
@@ -261,6 +261,6 @@ fn a_period_is_a_time() {
         let entry = sources.add("own.sgr", text);
         let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
         let told = format!("{:?}", compiled.diagnostics);
-        assert!(told.contains("calls `period` is not one time"), "{wrong}: {told}");
+        assert!(told.contains("is not a single time"), "{wrong}: {told}");
     }
 }

@@ -166,8 +166,8 @@ fn refine_ranks_the_designs_of_runs_by_their_values_with_rods() {
         let (design, out) = (row[row.len() - 1], format!("next-{number}"));
         let run =
             ["run", "strict.sgr", "--from-design", design, "--max-evals", "10", "--quiet", "--out", &out];
-        let told =
-            said(&sgc(folder.path(), &run)).contains("with soft rods, less than `keep_with_rods` asks for");
+        let told = said(&sgc(folder.path(), &run))
+            .contains("with soft rods, which is less than `keep_with_rods` requires");
         assert_eq!(told, with_rods > found, "{with_rods} {found}");
         refused += u32::from(told);
     }

@@ -177,7 +177,7 @@ fn reacting_gaits_are_repeatable() {
     // Its commands can be exported, but no board plays them.
     let drive = crate::command_line::sgc(&["export", &one.to_string_lossy(), "--to", "drive"]);
     assert_eq!(drive.status.code(), Some(0));
-    assert!(String::from_utf8_lossy(&drive.stderr).contains("found in the motion itself"));
+    assert!(String::from_utf8_lossy(&drive.stderr).contains("depends on the motion itself"));
 }
 
 /// What is exported as the drive of a gait that reacts holds each command from its moment on, as the simulation did.

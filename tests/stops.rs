@@ -189,11 +189,11 @@ fn a_run_goes_on_only_as_it_began() {
         (library, text(library) + "\n", "was changed after the run began"),
         ("evals.csv", text("evals.csv").replacen('0', "7", 1), "evals.csv was changed"),
         ("evals.csv", "move\n".to_owned(), "evals.csv was changed"),
-        ("best.design.json", "{}".to_owned(), "best.design.json is not this run's"),
+        ("best.design.json", "{}".to_owned(), "best.design.json does not belong to this run"),
         (
             "best.design.json",
             text("best.design.json").replace("\"seed\": 1", "\"seed\": 7"),
-            "is not this run's",
+            "does not belong to this run",
         ),
     ] {
         let damaged = folder.path().join("damaged");

@@ -367,7 +367,7 @@ fn a_study_goes_on_only_as_it_began() {
     std::fs::write(place.join("quick.sgr"), &text).unwrap();
     ok(&sgc(place, &["study", "legs.toml", "--quiet"]));
     std::fs::write(place.join("quick.sgr"), text.replace("for 2 s", "for 3 s")).unwrap();
-    fails("quick.sgr was changed (its text so far is studies/legs/texts/");
+    fails("quick.sgr was changed (its earlier text is studies/legs/texts/");
     std::fs::write(place.join("quick.sgr"), text).unwrap();
     let plan = place.join("studies/legs/plan.json");
     let own = std::fs::read_to_string(&plan).unwrap();
@@ -378,5 +378,5 @@ fn a_study_goes_on_only_as_it_began() {
     std::fs::write(&plan, &own[..own.len() / 2]).unwrap();
     fails("plan.json is damaged");
     std::fs::remove_file(&plan).unwrap();
-    fails("and no study; choose another folder with --out");
+    fails("but no study; choose another folder with --out");
 }

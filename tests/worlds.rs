@@ -235,7 +235,7 @@ fn a_deviation_is_told_over_all_worlds_of_the_test() {
         let (whole, expected) = (task.tested.unwrap(), mean(&all) - libm::sqrt(mean(&squares)));
         assert!((whole - expected).abs() < 1e-9 && whole < mean(&all), "{whole} {expected}");
         assert_eq!(tested(&rules, &design), Some(Tested::Whole(Some(whole))));
-        assert!(said.contains(" over all of them and the nominal one; in each alone: "), "{said}");
+        assert!(said.contains(" over all of them and the nominal world; in each world alone: "), "{said}");
     }
 }
 

@@ -59,7 +59,7 @@ pub fn can_make(
         }
         Ok(_) => None,
         Err(BadStep { why: Unrepeatable::NoValue(error), .. }) => return Err(error),
-        Err(bad) => Some(format!("of its own steps, number {} cannot be made: {}", bad.number, bad.why)),
+        Err(bad) => Some(format!("step {} of its own derivation cannot be applied: {}", bad.number, bad.why)),
     };
     let broken = broken(rules, wanted);
     if !broken.is_empty() {
@@ -297,24 +297,24 @@ impl Search<'_> {
     fn story(&self) -> Vec<String> {
         let Some((parts, stopped)) = &self.furthest else { return Vec::new() };
         let all: usize = self.target.values().sum();
-        let mut story = vec![format!("the largest part of it that was made has {parts} of its {all} parts")];
+        let mut story = vec![format!("the largest piece of it that was made has {parts} of its {all} parts")];
         let mut by: Vec<_> = stopped.iter().collect();
         by.sort_by_key(|(_, times)| std::cmp::Reverse(**times));
         for ((rule, reason), times) in by.into_iter().take(3) {
-            story.push(format!("there `{rule}` was stopped {times} times: {reason}"));
+            story.push(format!("from there, `{rule}` was stopped {times} times: {reason}"));
         }
         story
     }
 
     fn why_open(&self) -> String {
         if self.tried >= self.settings.budget {
-            format!("given up after {} applications: a larger --budget may decide it", self.tried)
+            format!("stopped after {} applications: a larger --budget may give an answer", self.tried)
         } else if self.sampled {
             "not every value of a continuous choice was tried".to_owned()
         } else if only_attaches(self.rules) {
-            "rules may do something else at another --temperature".to_owned()
+            "at another --temperature, rules may have other effects".to_owned()
         } else {
-            "only ways through designs that are contained in it were tried".to_owned()
+            "only derivations through designs that this body contains were tried".to_owned()
         }
     }
 }

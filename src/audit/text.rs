@@ -108,12 +108,12 @@ fn sizes(out: &mut String, what: &str, sizes: &Sizes) {
 }
 
 fn depths(out: &mut String, depths: &[Depth]) {
-    line(out, "\ndifferent designs by the number of moves to get there");
+    line(out, "\nnumber of different designs after each number of moves");
     line(out, &format!("  {:>5}  {:>9}", "moves", "designs"));
     for depth in depths {
         let how = match depth.counted {
             Counted::All => "all there are",
-            Counted::AtLeast if depth.designs == 0 => "none found before the tries were spent",
+            Counted::AtLeast if depth.designs == 0 => "none found within the allowed tries",
             Counted::AtLeast => "at least",
             Counted::Walks => "seen in the walks",
         };

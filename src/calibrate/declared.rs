@@ -38,7 +38,7 @@ pub(super) fn varies(name: &str, field: &str, place: &Location) -> Problem {
     Problem::contradiction(
         place,
         format!(
-            "`{name}.{field}` depends on the parameters of each `{name}`, so one number cannot replace it: measure what it is made of, and write that into the grammar"
+            "`{name}.{field}` depends on the parameters of each `{name}`, so one number cannot replace it: measure the values that it is calculated from, and write them into the grammar"
         ),
     )
 }
@@ -100,7 +100,7 @@ pub(super) fn threads<'a>(
         (None, _) => Err(Problem::unreadable(
             &section.place,
             format!(
-                "`{}` does not say which target it is for; say `target = \"...\"`: the grammar declares {}",
+                "`{}` does not name its target; write `target = \"...\"`: the grammar declares {}",
                 section.name,
                 listed(names())
             ),
@@ -149,13 +149,13 @@ fn unsaid<'a>(what: &str, names: impl Iterator<Item = &'a str>, section: &Sectio
         format!("the grammar declares {}", listed(names))
     };
     let how = if section.place.file.to_lowercase().ends_with(".csv") {
-        format!("name the file in a section of a TOML file that says `for = \"...\"`: {there}")
+        format!("name the file in a section of a TOML file, with `for = \"...\"`: {there}")
     } else {
-        format!("say `for = \"...\"`: {there}")
+        format!("write `for = \"...\"`: {there}")
     };
     Problem::unreadable(
         &section.place,
-        format!("`{}` does not say which {what} it is for; {how}", section.name),
+        format!("`{}` does not name the {what} that it is for; {how}", section.name),
     )
 }
 

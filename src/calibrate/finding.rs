@@ -153,7 +153,7 @@ impl Change {
             },
             Self::Prototype { simulated, measured, .. } => {
                 let share = format!("{:.2}", measured.value / simulated.value);
-                format!("{measured}, {share} of the simulated")
+                format!("{measured}, {share} of the simulated speed")
             }
         }
     }

@@ -41,11 +41,11 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
             Ok(part) if part.friction().is_none() => problems.push(declared::varies(name, "friction", place)),
             Ok(part) if part.friction() <= Some(0.0) => problems.push(Problem::contradiction(
                 place,
-                format!("`{name}` has no friction in the grammar, so no ground gives it any: set `{name}.friction` first"),
+                format!("`{name}` has no friction in the grammar, so it has none on any ground: set `{name}.friction` first"),
             )),
             Ok(_) if !(*coefficient > 0.0 && *coefficient <= MOST) => problems.push(Problem::contradiction(
                 section.place(row),
-                "this is no coefficient of friction: tilts lie between 0 and 89 deg, forces above 0, and no surface pulls with 100 times its weight",
+                "this gives no usable coefficient of friction: a tilt must lie between 0 and 89 deg, a force must be above 0, and the friction can be at most 100 times the weight",
             )),
             Ok(_) => slips.entry(name).or_default().push(*coefficient),
         }
@@ -96,9 +96,9 @@ fn coefficients(section: &Section, model: &Model) -> Result<Vec<f64>, Problem> {
         (
             tilt,
             pull,
-            "gives `tilt` and `pull`, which each say the friction: keep one of them, the same for all rows",
+            "gives both `tilt` and `pull`, but each alone determines the friction: keep one of them, the same one for all rows",
         ),
-        (weight, mass, "gives `weight` and `mass`, which each say how heavy the part is: keep one"),
+        (weight, mass, "gives both `weight` and `mass`, but each alone is enough: keep one of them"),
     ];
     if let Some((.., what)) = twice.iter().find(|(one, other, _)| !one.is_empty() && !other.is_empty()) {
         return Err(Problem::contradiction(&section.place, format!("`{}` {what}", section.name)));
@@ -118,7 +118,7 @@ fn coefficients(section: &Section, model: &Model) -> Result<Vec<f64>, Problem> {
     Err(Problem::unreadable(
         &section.place,
         format!(
-            "`{}` of kind `friction` needs `tilt [deg]`, or `pull [N]` with `weight [N]` or `mass [g]`; there are {}",
+            "`{}` of kind `friction` needs `tilt [deg]`, or `pull [N]` with `weight [N]` or `mass [g]`; its columns are {}",
             section.name,
             listed(section.columns())
         ),
@@ -132,7 +132,7 @@ fn on_ground(section: &Section, slip: &Slip, own: f64, model: &Model) -> (Findin
     let ground = centre.map(|slips| slips * slips / own);
     let path = format!("{}.ground_friction", model.name);
     let note = format!(
-        "`{}` slips at {coefficient}; a contact takes the geometric mean of its own {own} and the ground's: {coefficient}^2 / {own}.",
+        "`{}` slips at {coefficient}; the friction of a contact is the geometric mean of the part's own {own} and the ground's, so the ground has {coefficient}^2 / {own}.",
         slip.name,
     );
     (finding(section, slip, path, model.ground_friction, &ground, note), ground)

@@ -39,7 +39,7 @@ fn one(section: &Section, rules: &RuleSet, row: usize, name: &str, mass: f64) ->
     if mass < LEAST {
         return Err(Problem::contradiction(
             section.place(row),
-            format!("`{name}` weighs nothing here, or less than a microgram"),
+            format!("the mass of `{name}` is zero here, or below a microgram"),
         ));
     }
     let segments = section.numbers("segments").get(row).copied();
@@ -49,7 +49,7 @@ fn one(section: &Section, rules: &RuleSet, row: usize, name: &str, mass: f64) ->
             Some(segments) => Err(Problem::contradiction(
                 section.place(row),
                 format!(
-                    "`{name}` is no actuator and has no segments, not {segments}: weigh one by itself, and write 1"
+                    "`{name}` is not an actuator, so it cannot have {segments} segments: weigh one part by itself, and write 1"
                 ),
             )),
             None => Ok(mass),
@@ -58,12 +58,14 @@ fn one(section: &Section, rules: &RuleSet, row: usize, name: &str, mass: f64) ->
             Some(segments) if segments >= 1.0 && segments.fract() == 0.0 => Ok(mass / segments),
             Some(segments) => Err(Problem::contradiction(
                 section.place(row),
-                format!("`{name}` cannot have {segments} segments: write how many it has, 1 or more"),
+                format!(
+                    "`{name}` cannot have {segments} segments: write a whole number of segments, 1 or more"
+                ),
             )),
             None => Err(Problem::unreadable(
                 section.place(row),
                 format!(
-                    "`{name}` is an actuator, whose mass is that of a segment: add a column `segments` with how many it has"
+                    "`{name}` is an actuator, and its `mass` is that of one segment: add a column `segments` with the number of segments"
                 ),
             )),
         },
@@ -79,7 +81,7 @@ fn finding(section: &Section, rules: &RuleSet, name: &str, masses: &[f64]) -> Re
     let value = Figure::of(mean, centre.error(), "g");
     let mut notes = Vec::new();
     if matches!(declared, Declared::Actuator(_)) {
-        notes.push("Of one segment: what was weighed, divided by its segments.".to_owned());
+        notes.push("The mass of one segment: the weighed mass divided by the number of segments.".to_owned());
     }
     let points = masses.iter().enumerate().map(|(i, m)| (i as f64 + 1.0, m * 1e3, 0));
     let plot = Plot {

@@ -101,7 +101,7 @@ pub fn read(name: &str, text: &str, load: &Load<'_>) -> Reading {
         if is_csv { alone(name, text, &mut problems) } else { document(name, text, load, &mut problems) };
     if sections.is_empty() && problems.is_empty() {
         let place = Location { file: name.to_owned(), line: 1 };
-        problems.push(Problem::unreadable(&place, "there is no measurement in this file"));
+        problems.push(Problem::unreadable(&place, "this file contains no measurement"));
     }
     Reading { sections, problems }
 }
@@ -129,9 +129,9 @@ fn document(name: &str, text: &str, load: &Load<'_>, problems: &mut Vec<Problem>
         let place = at(error.span().map_or(0, |span| span.start));
         let message = error.message();
         let message = if message.contains("duplicate key") {
-            "this section or key is there twice; give the second another name".to_owned()
+            "this section or key occurs twice; give the second one another name".to_owned()
         } else {
-            format!("this is no TOML: {message}")
+            format!("this is not valid TOML: {message}")
         };
         problems.push(Problem::unreadable(&place, message));
     }
@@ -158,7 +158,7 @@ fn document(name: &str, text: &str, load: &Load<'_>, problems: &mut Vec<Problem>
             }
             _ => problems.push(Problem::unreadable(
                 &place,
-                format!("`{key}` stands in no section: write a line such as `[bender_thread]` above it"),
+                format!("`{key}` is outside all sections: write a line such as `[bender_thread]` above it"),
             )),
         }
     }
@@ -187,7 +187,10 @@ fn one(
                 DeValue::String(text) => {
                     settings.insert(key.to_owned(), (text.to_string(), place));
                 }
-                _ => problems.push(Problem::unreadable(&place, format!("write `{key} = \"...\"`: a text"))),
+                _ => problems.push(Problem::unreadable(
+                    &place,
+                    format!("write `{key} = \"...\"`, with text in quotes"),
+                )),
             }
             continue;
         }
@@ -202,7 +205,10 @@ fn one(
                 Some(text) => read.push(Cell { text, place }),
                 None => problems.push(Problem::unreadable(
                     &place,
-                    format!("column `{key}` holds a {}: write numbers or texts", cell.get_ref().type_str()),
+                    format!(
+                        "column `{key}` contains a value of the type {}: write numbers or text",
+                        cell.get_ref().type_str()
+                    ),
                 )),
             }
         }
@@ -252,7 +258,7 @@ fn csv(name: &str, text: &str, problems: &mut Vec<Problem>) -> Vec<Raw> {
             Ok(record) => record,
             Err(e) => {
                 let line = e.position().map_or(1, csv::Position::line);
-                problems.push(Problem::unreadable(&at(line), format!("this is no CSV: {e}")));
+                problems.push(Problem::unreadable(&at(line), format!("this is not valid CSV: {e}")));
                 return Vec::new();
             }
         };
@@ -319,7 +325,7 @@ fn section(
         if !kind.settings().contains(&key.as_str()) {
             problems.push(Problem::unreadable(
                 at,
-                format!("`{key}` says nothing of a measurement of kind `{}`", kind.text()),
+                format!("`{key}` does not belong to a measurement of kind `{}`", kind.text()),
             ));
         }
     }
@@ -359,20 +365,20 @@ fn kind_of(
     if let Some((text, at)) = said {
         let all = Kind::ALL.map(Kind::text);
         return Kind::ALL.into_iter().find(|kind| kind.text() == text).ok_or_else(|| {
-            let help = did_you_mean(text, all).unwrap_or_else(|| format!("there are {}", listed(all)));
-            Problem::unreadable(at, format!("there is no measurement `{text}`: {help}"))
+            let help = did_you_mean(text, all).unwrap_or_else(|| format!("the kinds are {}", listed(all)));
+            Problem::unreadable(at, format!("there is no kind of measurement `{text}`: {help}"))
         });
     }
     Kind::by_columns(names).ok_or_else(|| {
         let there = if names.is_empty() {
-            "there are none".to_owned()
+            "there are no columns".to_owned()
         } else {
-            format!("there are {}", listed(names))
+            format!("they are {}", listed(names))
         };
         Problem::unreadable(
             place,
             format!(
-                "its columns do not tell what `{name}` measures: {there}. Say `kind = \"...\"`: {}",
+                "the columns of `{name}` do not show what it measures: {there}. Write `kind = \"...\"` with one of {}",
                 listed(Kind::ALL.map(Kind::text))
             ),
         )
@@ -392,10 +398,10 @@ fn unknown_columns(
         let is_known = known.iter().any(|c| c.name == *name);
         let guess = did_you_mean(name, known.iter().map(|c| c.name).filter(|c| !names.contains(c)));
         if !is_known && (is_own(raw) || guess.is_some()) {
-            let help = guess.unwrap_or_else(|| format!("there may be {}", examples(known)));
+            let help = guess.unwrap_or_else(|| format!("its columns can be {}", examples(known)));
             problems.push(Problem::unreadable(
                 &raw.place,
-                format!("`{}` is no column of kind `{}`: {help}", raw.header, kind.text()),
+                format!("`{}` is not a column of the kind `{}`: {help}", raw.header, kind.text()),
             ));
         }
     }
@@ -430,9 +436,9 @@ fn read_columns(section: &mut Section, columns: &[Raw], names: &[&str], problems
     let name = &section.name;
     if !missing.is_empty() {
         let there = if names.is_empty() {
-            "no column is there".to_owned()
+            "it has no columns".to_owned()
         } else {
-            format!("there are {}", listed(columns.iter().map(|c| &c.header)))
+            format!("its columns are {}", listed(columns.iter().map(|c| &c.header)))
         };
         problems.push(Problem::unreadable(
             columns.first().map_or(&section.place, |c| &c.place),
@@ -454,8 +460,10 @@ fn fill(section: &mut Section, column: &Column, raw: &Raw, rows: usize, problems
     let Some(dimension) = column.measured_in() else {
         let words: Vec<String> = raw.cells.iter().map(|cell| cell.text.clone()).collect();
         for cell in raw.cells.iter().filter(|cell| cell.text.trim().is_empty()) {
-            problems
-                .push(Problem::unreadable(&cell.place, format!("nothing stands in column `{}`", raw.header)));
+            problems.push(Problem::unreadable(
+                &cell.place,
+                format!("the cell in column `{}` is empty", raw.header),
+            ));
         }
         let all = if raw.is_single { words.iter().cycle().take(rows).cloned().collect() } else { words };
         section.words.insert(column.name, all);
@@ -473,18 +481,19 @@ fn fill(section: &mut Section, column: &Column, raw: &Raw, rows: usize, problems
         match cell.text.trim().replace('\u{2212}', "-").parse::<f64>() {
             Ok(number) if number.abs() <= LARGEST => numbers.push(number * factor),
             Ok(number) => {
-                let why =
-                    if number.is_finite() { "larger than anything that is measured" } else { "not finite" };
+                let why = if number.is_finite() { "too large for a measurement" } else { "not finite" };
                 problems.push(Problem::unreadable(
                     &cell.place,
                     format!("`{}` in column `{}` is {why}", cell.text, raw.header),
                 ));
             }
-            Err(_) if cell.text.trim().is_empty() => problems
-                .push(Problem::unreadable(&cell.place, format!("nothing stands in column `{}`", raw.header))),
+            Err(_) if cell.text.trim().is_empty() => problems.push(Problem::unreadable(
+                &cell.place,
+                format!("the cell in column `{}` is empty", raw.header),
+            )),
             Err(_) => problems.push(Problem::unreadable(
                 &cell.place,
-                format!("`{}` in column `{}` is no number", cell.text, raw.header),
+                format!("`{}` in column `{}` is not a number", cell.text, raw.header),
             )),
         }
     }
@@ -512,7 +521,9 @@ fn factor(column: &Column, dimension: Dimension, unit: Option<&str>) -> Result<f
             with_article(dimension),
             would_do(dimension)
         )),
-        Err(UnitError::TooHigh) => Err(format!("`{text}` has too high powers: {}", would_do(dimension))),
+        Err(UnitError::TooHigh) => {
+            Err(format!("the exponents of `{text}` are too large: {}", would_do(dimension)))
+        }
         Err(UnitError::Unknown(word)) => {
             let meant = units::written_out(&word).map(|unit| format!("did you mean `{unit}`?"));
             let meant = meant.or_else(|| did_you_mean(&word, units::unit_names()));
@@ -538,15 +549,15 @@ fn would_do(dimension: Dimension) -> String {
         .map(str::to_owned)
         .collect();
     if !plain.is_empty() {
-        return format!("{} would do", listed(plain));
+        return format!("write for example {}", listed(plain));
     }
     let speeds = ["m/s", "m/h", "cm/s", "mm/s"];
     let those = speeds.into_iter().filter(|s| units::parse(s).is_ok_and(|u| u.dimension == dimension));
     let those: Vec<&str> = those.collect();
     if those.is_empty() {
-        format!("`{}` would do", units::suggest(dimension))
+        format!("write for example `{}`", units::suggest(dimension))
     } else {
-        format!("{} would do", listed(those))
+        format!("write for example {}", listed(those))
     }
 }
 

@@ -64,7 +64,7 @@ pub fn fit(reading: &Reading, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Probl
             let times = Figure::of(times, Some(times / 10.0), "");
             let way = if factor > 1.0 { "times" } else { "times less than" };
             finding.warnings.push(format!(
-                "`{}` comes to {times} {way} what the grammar says so far ({}): are the units right?",
+                "`{}` is {times} {way} the value in the grammar ({}): are the units right?",
                 finding.quantity,
                 finding.old.as_deref().unwrap_or("nothing")
             ));
@@ -75,7 +75,7 @@ pub fn fit(reading: &Reading, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Probl
             && high.value - low.value > value.value
         {
             finding.warnings.push(format!(
-                "`{}` lies between {} and {high} nine times of ten, which says little: measure more often, or look at what differed.",
+                "the 90 % interval of `{}` is {} to {high}, which is too wide to be useful: take more measurements, or find out what differed between them.",
                 finding.quantity,
                 low.digits(false)
             ));
@@ -93,7 +93,7 @@ pub fn fit(reading: &Reading, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Probl
             problems.push(Problem::contradiction(
                 &finding.place,
                 format!(
-                    "`{}` is measured twice: in `{}` ({}), too; put all points into one section",
+                    "`{}` is measured twice: in `{}` ({}), too; put all its points into one section",
                     finding.quantity, first.section, first.place
                 ),
             ));
@@ -118,7 +118,7 @@ pub fn rename(findings: &mut [Finding], is_taken: &dyn Fn(&str) -> bool) {
 #[must_use]
 pub fn summary(findings: &[Finding]) -> String {
     let mut rows = vec![
-        ["quantity", "so far", "measured", "nine of ten", "residual rms", "largest", "points"]
+        ["quantity", "in the grammar", "measured", "90 % interval", "residual rms", "largest", "points"]
             .map(str::to_owned)
             .to_vec(),
     ];

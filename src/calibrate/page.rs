@@ -54,7 +54,7 @@ fn summary(findings: &[Finding]) -> String {
             ]
         })
         .collect();
-    table(&["quantity", "#so far", "#measured", "#residual (rms)", "#largest", "#points"], &rows)
+    table(&["quantity", "#in the grammar", "#measured", "#residual (rms)", "#largest", "#points"], &rows)
 }
 
 /// Whether a finding has a section of its own.
@@ -77,8 +77,10 @@ fn section(finding: &Finding) -> String {
         escape(&finding.section),
         counted(finding.points as u64, "point")
     );
-    let old =
-        finding.old.as_ref().map_or(String::new(), |old| format!("<small>so far {}</small>", escape(old)));
+    let old = finding
+        .old
+        .as_ref()
+        .map_or(String::new(), |old| format!("<small>in the grammar: {}</small>", escape(old)));
     let notes = finding.warnings.iter().chain(&finding.notes);
     let notes: String = notes.map(|note| format!("<li>{}</li>", plain(note))).collect();
     let notes = if notes.is_empty() { notes } else { format!("<ul class=\"notes\">{notes}</ul>\n") };

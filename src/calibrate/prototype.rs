@@ -66,26 +66,28 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
             .rfind(|f| matches!(&f.change, Change::Prototype { build: b, .. } if b == build));
         if let (Some(last), Some(told)) = (last, predict(&built, 1.0)) {
             let within = told.ratio.interval.map_or_else(
-                || "; one prototype does not say how much they differ".to_owned(),
-                |(low, high)| format!(", the next one will with 90 % to {low:.2} .. {high:.2}"),
+                || "; one prototype does not show how much prototypes differ".to_owned(),
+                |(low, high)| {
+                    format!("; with a probability of 90 %, the next one will reach {low:.2} .. {high:.2}")
+                },
             );
             last.notes.push(format!(
-                "Of kind {build} {} came to {:.2} of the simulated speed in the mean{within}.",
+                "Of the kind {build}, {} reached {:.2} of the simulated speed on average{within}.",
                 match told.prototypes.len() {
-                    1 => "the only one".to_owned(),
+                    1 => "the only robot".to_owned(),
                     several => format!("{several} robots"),
                 },
                 told.ratio.speed
             ));
             if told.constant.is_some() {
                 last.notes.push(
-                    "One speed for all is nearer to them than a share of the simulated speed: `sgc eval` tells both."
+                    "One speed for all robots fits them better than a share of the simulated speed: `sgc eval` prints both."
                         .to_owned(),
                 );
             }
             if !told.repeated.is_empty() {
                 last.notes.push(format!(
-                    "Not counted, as another robot has the same numbers: {}.",
+                    "Not counted, because another robot has the same numbers: {}.",
                     told.repeated.join(", ")
                 ));
             }
@@ -110,7 +112,7 @@ fn problems(section: &Section, rules: &RuleSet) -> Vec<Problem> {
         } else if rules.prototypes.contains_key(name) {
             problems.push(Problem::contradiction(
                 section.place(row),
-                format!("the grammar has a prototype `{name}` already: give this one another name"),
+                format!("the grammar already has a prototype `{name}`: give this one another name"),
             ));
         } else if let Some(first) = names.iter().position(|n| n == name).filter(|first| *first < row) {
             problems.push(Problem::contradiction(
@@ -122,20 +124,18 @@ fn problems(section: &Section, rules: &RuleSet) -> Vec<Problem> {
     for (row, build) in section.words("build").iter().enumerate() {
         if !BUILDS.contains(&build.as_str()) {
             let help = did_you_mean(build, BUILDS.iter().copied())
-                .unwrap_or_else(|| format!("there are {}", listed(BUILDS)));
+                .unwrap_or_else(|| format!("the kinds are {}", listed(BUILDS)));
             problems.push(Problem::unreadable(
                 section.place(row),
-                format!("no robot is built as `{build}`: {help}"),
+                format!("there is no kind of robot `{build}`: {help}"),
             ));
         }
     }
     for column in ["simulated", "measured", "length"] {
         for (row, value) in section.numbers(column).iter().enumerate() {
             if *value <= 0.0 {
-                problems.push(Problem::contradiction(
-                    section.place(row),
-                    format!("`{column}` must be more than 0"),
-                ));
+                problems
+                    .push(Problem::contradiction(section.place(row), format!("`{column}` must be above 0")));
             }
         }
     }

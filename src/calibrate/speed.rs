@@ -154,8 +154,8 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: Option<(f64,
     for curve in curves {
         let Some((time, bend)) = lone_end(&curve.points) else { continue };
         out.push(format!(
-            "`{}`: the point of {} at {time:.2} s and {:.0} deg, at an end of the film, is far from the one beside it, and no other step is as \
-             large. The speed depends on where a run begins and ends: look at that picture, or leave it out.",
+            "`{}`: the point of {} at {time:.2} s and {:.0} deg, at an end of the film, is far from the next point, and no other step is as \
+             large. The speed depends on where a run begins and ends: look at that picture, or leave the point out.",
             section.name,
             called(curve),
             bend.to_degrees()
@@ -163,7 +163,7 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: Option<(f64,
     }
     if found.is_thin {
         out.push(format!(
-            "`{}`: {all} points of {} are too few to say how well the speed is known, or whether one of them is wrong. Read \
+            "`{}`: {all} points of {} are too few to show how accurate the speed is, or whether one of them is wrong. Read \
              more pictures of the film while it moves: ten or more of each run.",
             section.name,
             if curves.len() == 1 { "one run".to_owned() } else { format!("{} runs", curves.len()) }
@@ -174,8 +174,8 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: Option<(f64,
     if fastest > DIFFERENT * least {
         let shares: Vec<String> = found.alone.iter().map(|share| format!("{share:.2}")).collect();
         out.push(format!(
-            "`{}`: its runs differ: one by one they are {} times as fast as the fit of all. The interval says how well their \
-             middle is known; if they were to be the same, look at how they were filmed.",
+            "`{}`: its runs differ: fitted one by one, they are {} times as fast as in the fit of all runs. The interval shows how well their \
+             middle value is known; if the runs should be the same, check how they were filmed.",
             section.name,
             shares.join(", ")
         ));
@@ -185,8 +185,8 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: Option<(f64,
     // A tenth of the way, the fit itself says.
     if most < 0.9 * needs {
         out.push(format!(
-            "`{}`: it was filmed up to a bend of {:.0} deg, and bends by {:.0} deg in the grammar; beyond what was filmed \
-             the last speed is taken.",
+            "`{}`: the film ends at a bend of {:.0} deg, but the actuator bends by {:.0} deg in the grammar; beyond the film, \
+             sgc uses the last speed.",
             section.name,
             most.to_degrees(),
             needs.to_degrees()
@@ -268,7 +268,7 @@ fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
             problems.push(Problem::unreadable(
                 place,
                 format!(
-                    "{} of `{}` has {gap} between two of its points, and {FURTHEST} s is the most: give its times in s or ms, and each \
+                    "{} of `{}` has {gap} between two of its points, but the limit is {FURTHEST} s: give its times in s or ms, and each \
                      film a `run` of its own",
                     called(curve),
                     section.name
@@ -281,7 +281,7 @@ fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
             problems.push(Problem::unreadable(
                 place,
                 format!(
-                    "{} of `{}` has {} only: a curve needs {FEWEST} or more, at different times",
+                    "{} of `{}` has only {}: a curve needs {FEWEST} or more, at different times",
                     called(curve),
                     section.name,
                     if many == 1 { "1 point".to_owned() } else { format!("{many} points") }
@@ -297,7 +297,7 @@ fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
             problems.push(Problem::unreadable(
                 place,
                 format!(
-                    "the bend of {} of `{}` never changes: nothing says how fast it is",
+                    "the bend of {} of `{}` never changes, so there is no speed to find",
                     called(curve),
                     section.name
                 ),
@@ -373,7 +373,7 @@ fn unseen(section: &Section, curves: &[Curve], runs: &[Run]) -> Option<Problem> 
     Some(Problem::contradiction(
         section.place(curve.row),
         format!(
-            "{} of `{}` has {seen} of the motion itself, and a speed needs two or more, ten for an interval: film with more \
+            "{} of `{}` has {seen} of the motion itself, but a speed needs two or more, and an interval needs ten: film with more \
              pictures a second, or read off more of them while it moves",
             called(curve),
             section.name

@@ -55,7 +55,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     if groups.len() < 2 {
         return Err(vec![Problem::unreadable(
             &section.place,
-            format!("`{}` has points at one angle only: a table needs two or more", section.name),
+            format!("`{}` has points at only one angle: a table needs two angles or more", section.name),
         )]);
     }
     let (low, high) =
@@ -146,7 +146,7 @@ fn other_unit(section: &Section, groups: &[Group], (least, most): (f64, f64)) ->
     let share = measured / (most - least);
     (!(0.1..=10.0).contains(&share)).then(|| {
         format!(
-            "`{}`: its angles go over {}, and the actuator bends over {} in the grammar: are the units right?",
+            "`{}`: its angles cover a range of {}, but the actuator has a range of {} in the grammar: are the units right?",
             section.name,
             shown(measured, Dimension::ANGLE),
             shown(most - least, Dimension::ANGLE)
@@ -159,7 +159,7 @@ fn ends_early(section: &Section, groups: &[Group], (least, most): (f64, f64)) ->
     let (first, last) = (groups.first()?.angle, groups.last()?.angle);
     (first > least + SAME || last < most - SAME).then(|| {
         format!(
-            "`{}`: it was measured from {} to {}, and bends from {} to {} in the grammar: the servo stops where the table ends. \
+            "`{}`: the measurements go from {} to {}, but the actuator bends from {} to {} in the grammar: the servo stops where the table ends. \
              Measure further, or narrow the bend.",
             section.name,
             shown(first, Dimension::ANGLE),
@@ -217,7 +217,7 @@ fn tolerance(section: &Section, range: f64) -> Result<f64, Problem> {
         return Ok((TOLERANCE * range).max(2.0 * RULER));
     };
     quantity(text, Dimension::LENGTH).filter(|tolerance| *tolerance > 0.0).ok_or_else(|| {
-        Problem::unreadable(place, format!("`{text}` is no length: write `tolerance = \"1.5 mm\"`"))
+        Problem::unreadable(place, format!("`{text}` is not a length: write `tolerance = \"1.5 mm\"`"))
     })
 }
 
@@ -248,7 +248,7 @@ fn contradiction(section: &Section, lengths: &[f64], group: &Group, tolerance: f
         Problem::contradiction(
             section.place(late),
             format!(
-                "at {} the thread is {} here, but {} {}: they may be {} apart. Measure again, or say `tolerance = \"...\"`",
+                "at {} the thread is {} here, but {} {}: they may differ by at most {}. Measure again, or write `tolerance = \"...\"`",
                 shown(group.angle, Dimension::ANGLE),
                 shown(b, Dimension::LENGTH),
                 shown(a, Dimension::LENGTH),
@@ -359,7 +359,7 @@ fn smoothed(
             format!("{} to {}", shown(first.angle, Dimension::ANGLE), shown(last.angle, Dimension::ANGLE));
         if stretch.groups.windows(2).any(|pair| sign * (pair[1].length - pair[0].length) < 0.0) {
             notes.push(format!(
-                "From {span} the thread turned back by less than it scatters ({}): smoothed.",
+                "From {span} the thread turned back by less than its scatter ({}); sgc smoothed it.",
                 mm(far)
             ));
         }
@@ -379,8 +379,8 @@ fn smoothed(
         }
         if last.angle - first.angle > SLACK * all {
             warnings.push(format!(
-                "`{}`: from {span} the thread is as long everywhere: there it is slack or at a stop, and does not say how far \
-                 the actuator bends. The table lets it rise by a tenth of a millimetre.",
+                "`{}`: from {span} the length of the thread is constant: there it is slack or at a stop, and does not show how far \
+                 the actuator bends. In the table, the length rises by a tenth of a millimetre.",
                 section.name
             ));
         }
@@ -391,7 +391,7 @@ fn smoothed(
 fn pulls_nothing(section: &Section) -> Problem {
     Problem::contradiction(
         &section.place,
-        format!("`{}`: the thread is as long at every angle, so it pulls nothing", section.name),
+        format!("`{}`: the thread has the same length at every angle, so it cannot pull", section.name),
     )
 }
 
@@ -403,7 +403,7 @@ fn turns_back(section: &Section, first: &Group, last: &Group) -> Problem {
     Problem::contradiction(
         &b,
         format!(
-            "the thread turns back from {} to {}: {} here, {} {}. A bend must take more thread than a smaller one; measure these again",
+            "the thread turns back from {} to {}: {} here, {} {}. A larger bend must take more thread than a smaller one; measure these points again",
             shown(first.angle, Dimension::ANGLE),
             shown(last.angle, Dimension::ANGLE),
             shown(late.length, Dimension::LENGTH),

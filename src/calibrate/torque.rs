@@ -24,9 +24,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         .zip(arms)
         .enumerate()
         .filter(|(_, (force, arm))| **force <= 0.0 || **arm <= 0.0)
-        .map(|(row, _)| {
-            Problem::contradiction(section.place(row), "a force and an arm that push must be more than 0")
-        })
+        .map(|(row, _)| Problem::contradiction(section.place(row), "`force` and `arm` must be above 0"))
         .collect();
     if !problems.is_empty() {
         return Err(problems);
@@ -40,15 +38,16 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         return Err(vec![Problem::unreadable(
             &section.place,
             format!(
-                "`{}` has one point only: push twice or more, so that it is known how well it repeats",
+                "`{}` has only one point: push twice or more, to show how much the result scatters",
                 section.name
             ),
         )]);
     }
     let value = Figure::of(mean, centre.error(), "N*m/rad");
     let spread = Figure::of(deviation, Some(deviation / 10.0), "N*m/rad");
-    let notes =
-        vec![format!("Tip force times arm: the middle of points with a standard deviation of {spread}.")];
+    let notes = vec![format!(
+        "Tip force times arm: the middle value of points with a standard deviation of {spread}."
+    )];
     let angles: Vec<f64> = section.numbers("angle").iter().map(|a| a.to_degrees()).collect();
     let mut warnings = centre.warnings(&section.name, "point", |i| {
         Figure::of(torques.get(i).copied().unwrap_or(0.0), None, "N*m/rad").to_string()
@@ -103,7 +102,7 @@ fn varies(angles: &[f64], torques: &[f64], mean: f64) -> Option<String> {
     (points.len() > 2 && change.abs() > STRONG * mean).then(|| {
         let way = if change > 0.0 { "grows" } else { "falls" };
         format!(
-            "the torque {way} by {:.0} % of its mean from {low:.0} to {high:.0} deg, which one number cannot say.",
+            "the torque {way} by {:.0} % of its mean from {low:.0} to {high:.0} deg, which one number cannot represent.",
             100.0 * change.abs() / mean
         )
     })

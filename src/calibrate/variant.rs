@@ -59,8 +59,8 @@ pub fn text(named: Named<'_>, base: &str, measurements: &str, findings: &[Findin
     if let Some(block) = worlds::block(set, findings) {
         out.push('\n');
         let about = format!(
-            "Where the true values lie nine times of ten, as far as these measurements tell: worlds to search and test in. \
-             To do so, write `simulate MODEL for TIME in {set}`, or try a design with `sgc eval --in`."
+            "The 90 % intervals of the measured values, as worlds to search and test in. \
+             To use them, write `simulate MODEL for TIME in {set}`, or try a design with `sgc eval --in`."
         );
         comment(&mut out, "#", "  ", &about);
         out.push_str(&block);
@@ -85,7 +85,7 @@ fn origin(finding: &Finding) -> String {
         let _ = write!(out, ", residual {} (rms), {} at most", residual.rms, residual.largest);
     }
     if let Some((low, high)) = &finding.interval {
-        let _ = write!(out, ", nine times of ten {} .. {high}", low.digits(false));
+        let _ = write!(out, ", 90 % interval {} .. {high}", low.digits(false));
     }
     out.push('.');
     for note in finding.warnings.iter().chain(&finding.notes) {

@@ -92,7 +92,7 @@ impl Audit {
             } else {
                 format!("{times} moves were refused")
             };
-            output::note(&format!("warning: {}; {refused} for it", load::no_value(error, &sources)));
+            output::note(&format!("warning: {}; {refused} because of it", load::no_value(error, &sources)));
         }
         let mut asked = Vec::new();
         for name in &self.examples {

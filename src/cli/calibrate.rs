@@ -75,7 +75,7 @@ impl Calibrate {
         let points = reading.points();
         if points > MOST {
             return Err(Fault::usage(format!(
-                "{name}: {points} rows are more than the {MOST} that a fit takes: keep one row in {}",
+                "{name} has {points} rows, but a fit takes at most {MOST}: keep one row in {}",
                 points.div_ceil(MOST)
             )));
         }
@@ -114,7 +114,7 @@ impl Calibrate {
     fn target(&self) -> Result<PathBuf, Fault> {
         if self.grammar.extension().is_none_or(|e| e != "sgr") {
             return Err(Fault::usage(format!(
-                "{} is no grammar file: its name does not end with .sgr, so no variant can name it",
+                "{} is not a grammar file: its name does not end with .sgr, so a variant cannot name it",
                 self.grammar.display()
             )));
         }
@@ -142,7 +142,7 @@ impl Calibrate {
         }
         Err(Fault::usage(format!(
             "`{name}` cannot name a variant: a name is a word of letters, digits and `_` that does not begin with \
-             a digit and is not reserved; say --variant NAME"
+             a digit and is not reserved; give one with --variant NAME"
         )))
     }
 
@@ -184,7 +184,7 @@ fn accepted(out: &Path, text: &str) -> Result<(), Fault> {
     }
     let found = render(&checked.diagnostics, &checked.sources, Format::Full, output::colour_err());
     output::note(found.trim_end());
-    Err(Fault::input("the grammar does not bear what was measured; nothing is written"))
+    Err(Fault::input("the grammar has errors with the measured values; nothing is written"))
 }
 
 /// Tells everything that is wrong with measurements.

@@ -45,7 +45,7 @@ pub(super) fn read(path: &Path) -> Result<SavedDesign, Fault> {
                     "the run in {typed} is complete, but its best design is not there: {} was moved or removed",
                     path.display()
                 ),
-                None => format!("the run in {typed} is complete, and has found no design"),
+                None => format!("the run in {typed} is complete, but found no design"),
             }));
         }
         if run_files::is_run(folder) {
@@ -87,7 +87,7 @@ pub(super) fn as_simulated(path: &Path, rules: &RuleSet, design: SavedDesign) ->
     match genuine::check_values(rules, &design, &replayed) {
         Err(other @ DesignError::OtherProgram { .. }) => {
             let Ok(now) = saving::as_simulated(rules, &design, &replayed) else { return Err(told(other)) };
-            output::note(&format!("{}: {other}; what follows is simulated by this one", path.display()));
+            output::note(&format!("{}: {other}; the results below are from this version", path.display()));
             Ok(now)
         }
         Err(changed) => Err(told(changed)),
@@ -108,7 +108,7 @@ pub(super) fn open_by(
     check_enumerations(path, &design, &rules)?;
     if let Some(other) = other_quantity(&design, &rules) {
         return Err(Fault::input(format!(
-            "{}: {other}: its saved number would mean something else; let the variable have its type, or another name",
+            "{}: {other}, so its saved number would have another meaning; give the variable its earlier type, or another name",
             path.display()
         )));
     }
@@ -124,7 +124,10 @@ pub(super) fn other_quantity(design: &SavedDesign, rules: &RuleSet) -> Option<St
         let (now, before) = (quantities(rules, task), quantities(&theirs, task));
         let differs = |(name, is): (&String, &Quantity)| {
             let was = before.get(name).filter(|was| *was != is)?;
-            Some(format!("`{name}` is {was} where it was made, and {is} in `{}`", rules.name))
+            Some(format!(
+                "`{name}` is {was} in the grammar that made the design, but {is} in `{}`",
+                rules.name
+            ))
         };
         now.iter().find_map(differs)
     })
@@ -190,7 +193,7 @@ pub(super) fn check_enumerations(path: &Path, design: &SavedDesign, rules: &Rule
     match other {
         None => Ok(()),
         Some((name, values)) => Err(Fault::input(format!(
-            "{}: a design keeps values of `enum {name}` by their place, and they were {} where it was made: let `enum {name}` of `{}` begin with these, and add others behind them",
+            "{}: a design saves a value of `enum {name}` as its place in the list, and the list was {} when the design was made: begin `enum {name}` of `{}` with these values, and add others after them",
             path.display(),
             values.join(", "),
             rules.name,
@@ -234,7 +237,7 @@ pub(super) fn tell_other_body(path: &Path, design: &SavedDesign, rules: &RuleSet
         // The same parts in the same places, which may be made otherwise.
         if before.is_some_and(|(_, before)| Body::new(&now.design, rules).assembly != before) {
             output::note(&format!(
-                "`{}` declares the parts of {} otherwise than the grammar that made it (sizes, masses, friction or joints): what follows is of parts as `{}` declares them",
+                "`{}` declares the parts of {} differently from the grammar that made it (sizes, masses, friction or joints): the results below are for the parts that `{}` declares",
                 rules.name,
                 path.display(),
                 rules.name
@@ -251,7 +254,7 @@ pub(super) fn tell_other_body(path: &Path, design: &SavedDesign, rules: &RuleSet
         "of the same kinds of parts, but with other parameters, sizes or places".to_owned()
     };
     output::note(&format!(
-        "by the rules of `{}` the steps of {} make another body, {how}: what follows is of that",
+        "by the rules of `{}`, the steps of {} make another body, {how}: the results below are for this other body",
         rules.name,
         path.display()
     ));
@@ -304,7 +307,7 @@ pub(super) fn tell_other_parameters(
     before.dedup();
     if !before.is_empty() {
         let (before, named) = (before.join(", "), path.display());
-        output::note(&format!("{named} was made with {before}, which is not so here"));
+        output::note(&format!("{named} was made with {before}, but this command uses other values"));
     }
 }
 

@@ -108,9 +108,9 @@ impl Drive {
         text.extend(gait.contents.iter().map(|line| format!("\n  the target: {line}")));
         if gait.changed.is_empty() {
             if !text.is_empty() {
-                let same = "the target is another than the one that was simulated, but its actuators move as they did:";
+                let same = "the target differs from the one that was simulated, but its actuators move in the same way:";
                 let start = if gait.begins_otherwise {
-                    "\n  only the first period, from rest, is another one"
+                    "\n  only the first period, which begins at rest, is different"
                 } else {
                     ""
                 };
@@ -119,10 +119,10 @@ impl Drive {
             return Ok(());
         }
         let mut told =
-            format!("on this target the robot would not move as it was simulated:{}", text.concat());
+            format!("on this target, the robot would not move as in the simulation:{}", text.concat());
         if gait.coarse {
             told += &format!(
-                "\n  a board goes straight between {POINTS} points of a period, and what this actuation asks for changes \
+                "\n  a board interpolates linearly between {POINTS} points of a period, but this actuation changes \
                  faster than that: give it a shorter `period`"
             );
         }
@@ -136,7 +136,7 @@ impl Drive {
         let out = design.with_file_name("difference.svg");
         if self.out.as_ref().is_some_and(|other| is_same_file(other, &out)) {
             return Err(Fault::usage(format!(
-                "{}: what changes is drawn here; name another file for the schedule with `--out`",
+                "{}: this file shows what changes; name another file for the schedule with `--out`",
                 out.display()
             )));
         }
@@ -177,7 +177,7 @@ impl Drive {
                 .unwrap_or_else(|_| ProgressStyle::default_spinner()),
         );
         bar.enable_steady_tick(Duration::from_millis(200));
-        bar.set_message(format!("greeting the board at {port}"));
+        bar.set_message(format!("connecting to the board at {port}"));
         let plan = Plan { cycles: self.cycles, clear: self.clear, ..Plan::default() };
         let mut watch = |status: &Status| {
             bar.set_message(self.status(schedule, status));

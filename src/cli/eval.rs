@@ -73,17 +73,17 @@ fn predictions(rules: &RuleSet, sources: &SourceMap, replayed: &Replayed) -> Vec
         let Some(prediction) = reality::predict(&built, simulated) else { continue };
         let names = listed(&prediction.prototypes);
         lines.push(format!(
-            "  to expect, built: {} (measured over simulated speed of {names} on {kind})\n",
+            "  expected when built: {} (from the measured and simulated speeds of {names} on {kind})\n",
             expected(&prediction.ratio)
         ));
         lines.extend(held(&prediction.ratio, &prediction));
         if let Some(constant) = &prediction.constant {
-            lines.push(format!("  one speed for all is nearer to these: {}\n", expected(constant)));
+            lines.push(format!("  one speed for all of them fits better: {}\n", expected(constant)));
             lines.extend(held(constant, &prediction));
         }
         if let Some((low, high)) = prediction.beyond {
             lines.push(format!(
-                "  {} lies outside of what was built ({} to {} simulated): do not count on it\n",
+                "  {} lies outside the range of the prototypes ({} to {} simulated): do not rely on this\n",
                 hourly(simulated),
                 digits(low),
                 hourly(high)
@@ -91,7 +91,7 @@ fn predictions(rules: &RuleSet, sources: &SourceMap, replayed: &Replayed) -> Vec
         }
         if !prediction.repeated.is_empty() {
             let names = listed(&prediction.repeated);
-            lines.push(format!("  not counted, as another has the same numbers: {names}\n"));
+            lines.push(format!("  not counted, because another prototype has the same numbers: {names}\n"));
         }
     }
     lines
@@ -115,16 +115,18 @@ fn digits(speed: f64) -> String {
 
 /// An estimate in words: `2.9 m/h, nine times of ten 1.0 to 8.4 m/h`.
 fn expected(estimate: &Estimate) -> String {
-    let within = estimate.interval.map_or(String::new(), |(low, high)| {
-        format!(", nine times of ten {} to {}", digits(low), hourly(high))
-    });
+    let within = estimate
+        .interval
+        .map_or(String::new(), |(low, high)| format!(", 90 % interval {} to {}", digits(low), hourly(high)));
     format!("{}{within}", hourly(estimate.speed))
 }
 
 /// How well the prototypes predict each other, in words.
 fn held(estimate: &Estimate, of: &Prediction) -> Option<String> {
     let (held, all) = (estimate.held?, of.prototypes.len());
-    Some(format!("    each of them left out in turn, {held} of {all} lay where the others put it\n"))
+    Some(format!(
+        "    when each is left out in turn, {held} of {all} lie in the interval that the others give\n"
+    ))
 }
 
 fn listed(names: &[String]) -> String {
@@ -218,14 +220,14 @@ impl Eval {
             let (rows, recorded) = (text.lines().count().saturating_sub(1), model.duration / model.record);
             if (rows as f64) < recorded / 2.0 {
                 output::note(&format!(
-                    "the motion has {rows} rows, and the model records {recorded:.0}: terms that follow an element on its way, such as \
-                     `e.path`, `e.slid` and `e.touching`, and what is observed of these, are less than they were"
+                    "the motion has {rows} rows, but the model records {recorded:.0}: terms that add up along the path of an element, such as \
+                     `e.path`, `e.slid` and `e.touching`, and what is observed of these, are too small"
                 ));
             }
         }
         if design.task(task).is_ok_and(|saved| saved.nominal.is_some()) {
             output::note(
-                "this is one motion, and counts as that of the nominal world; the design's own value is over all of its worlds",
+                "this is one motion, scored as that of the nominal world; the saved value of the design is over all of its worlds",
             );
         }
         for (name, value) in rules.observed.iter().zip(&observed) {

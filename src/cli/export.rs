@@ -70,7 +70,7 @@ impl Export {
         let world = self.place.asked(&rules)?;
         if world.is_some() && !matches!(self.to, Format::Motion | Format::Signals) {
             return Err(Fault::usage(
-                "a world changes what is simulated, and goes with `--to motion` and `--to signals` alone\nhelp: leave `--in` and `--world` out".to_owned(),
+                "a world changes what is simulated, so it works only with `--to motion` and `--to signals`\nhelp: leave `--in` and `--world` out".to_owned(),
             ));
         }
         if matches!(self.to, Format::Begin) {
@@ -108,7 +108,7 @@ impl Export {
             return match trace.map_err(fault)? {
                 Some(trace) => self.write(&signals::table(&rules, &names, &trace)),
                 None => Err(Fault::usage(format!(
-                    "{}: no actuation of this design reads a sensor or has a state\nhelp: `--to drive` writes what its actuators are asked for",
+                    "{}: no actuation of this design reads a sensor or has a state\nhelp: `--to drive` writes the commands for its actuators",
                     path.display()
                 ))),
             };
@@ -120,7 +120,7 @@ impl Export {
                 let solver = self.solver.as_deref().unwrap_or(&design.solver);
                 let motion = setup.motion(solver).map_err(fault)?;
                 output::note(
-                    "what drives this design is found in the motion itself: these are the commands of its motion in the nominal world",
+                    "the drive of this design depends on the motion itself: these are the commands of its motion in the nominal world",
                 );
                 let settings = &setup.settings;
                 let commands =

@@ -52,7 +52,7 @@ impl Fmt {
         if !self.check && path != Path::new("-") && path.exists() && !path.is_file() && !path.is_dir() {
             let name = path.display();
             return Err(Fault::usage(format!(
-                "cannot lay out {name}: it is no file that can be written; `sgc fmt - < {name}` writes to standard output"
+                "cannot format {name}: it is not a file that can be written; `sgc fmt - < {name}` writes to standard output"
             )));
         }
         let Text { name, text, .. } = load::read(path)?;
@@ -63,12 +63,12 @@ impl Fmt {
             Err(Unformatted::Errors(found)) => {
                 let text = render(&found, &sources, Format::Full, output::colour_err());
                 output::note(text.trim_end());
-                output::note(&format!("{name}: not laid out, because it has errors"));
+                output::note(&format!("{name}: not formatted, because it has errors"));
                 return Ok(Done::Not);
             }
             Err(Unformatted::Altered) => {
                 return Err(Fault::input(format!(
-                    "{name} is left as it is: laid out, it would say something else; this is a bug in sgc"
+                    "{name} is left unchanged: formatting would change its meaning; this is a bug in sgc"
                 )));
             }
         };
@@ -83,8 +83,8 @@ impl Fmt {
             output::data(&formatted)?;
         } else if !same {
             mend::replace(path, &text, &formatted)
-                .map_err(|why| Fault::usage(format!("cannot lay out {name}: {why}")))?;
-            output::note(&format!("{name}: laid out"));
+                .map_err(|why| Fault::usage(format!("cannot format {name}: {why}")))?;
+            output::note(&format!("{name}: formatted"));
         }
         Ok(Done::Well)
     }

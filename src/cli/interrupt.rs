@@ -77,14 +77,13 @@ fn leave() -> ! {
     let code = match SAVED.get() {
         Some(command) => {
             output::note(&format!(
-                "stopped in the middle of something long; go on from the last checkpoint with: {command}"
+                "stopped during a long calculation; go on from the last checkpoint with: {command}"
             ));
             exit::STOPPED
         }
         None => {
             let older = if is_back { "; the older run is back" } else { "" };
-            let undone =
-                UNDONE.get().unwrap_or(&"stopped in the middle of something long; nothing was saved");
+            let undone = UNDONE.get().unwrap_or(&"stopped during a long calculation; nothing was saved");
             output::note(&format!("{undone}{older}"));
             exit::INTERRUPTED
         }

@@ -171,7 +171,7 @@ impl Session<'_> {
             return Some(next);
         }
         if self.left == 0 {
-            output::note(&format!("the rest is left as it is: fixes have been tried {TRIALS} times"));
+            output::note(&format!("the rest is left as it is: sgc tried fixes {TRIALS} times"));
             return None;
         }
         let (mut good, mut bad) = (Vec::new(), Vec::new());

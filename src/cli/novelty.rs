@@ -54,7 +54,7 @@ impl Novelty {
         grammars.extend(self.grammar.clone());
         if let [_, second, ..] = grammars.as_slice() {
             return Err(Fault::usage(format!(
-                "there is one set, so name one grammar: {} is a second one",
+                "only one grammar can give the novelty set, but {} is a second grammar: name one",
                 second.display()
             )));
         }
@@ -100,13 +100,13 @@ impl Novelty {
             let (_, first) = found.get_or_insert_with(|| (rules.clone(), set.clone()));
             if !same(first, &set) {
                 return Err(Fault::input(format!(
-                    "{name} was made by the grammar `{}`, whose novelty set is another one: judge all designs by one grammar with --grammar FILE",
+                    "{name} was made by the grammar `{}`, which has another novelty set: judge all designs by one grammar with --grammar FILE",
                     design.grammar.name
                 )));
             }
             if rules.name != design.grammar.name {
                 output::note(&format!(
-                    "{name} was made by `{}`: here it is simulated as `{}` says, in its model, for its time and on its target",
+                    "{name} was made by `{}`: here it is simulated with the model, the time and the target of `{}`",
                     design.grammar.name, rules.name
                 ));
             }

@@ -71,8 +71,11 @@ pub(super) fn told(
     });
     // Each frame of each body is seven numbers, and all that go on side by side are there at once.
     let bytes = whole / settings.record * elements as f64 * 56.0 * lanes as f64;
-    let memory =
-        if bytes > MUCH { format!("; its motions fill {:.1} GB", bytes / 1e9) } else { String::new() };
+    let memory = if bytes > MUCH {
+        format!("; its motions need {:.1} GB of memory", bytes / 1e9)
+    } else {
+        String::new()
+    };
     let memory = memory + &remembered(rules, &drive, evaluations, whole).unwrap_or_default();
     let beside = if lanes > 1 { format!(", {lanes} side by side") } else { String::new() };
     Some(format!(
@@ -91,7 +94,7 @@ fn remembered(rules: &RuleSet, drive: &Drive<'_>, evaluations: Option<u64>, dura
     let numbers = decision.inputs + decision.spaces.len() + 1;
     let bytes = made.min(learner.replay as f64) * 4.0 * numbers as f64;
     let gigabytes = bytes / 1e9;
-    (bytes > MUCH).then(|| format!("; what the learner remembers fills up to {gigabytes:.1} GB, in memory and in each checkpoint (`replay` bounds it)"))
+    (bytes > MUCH).then(|| format!("; the replay buffer of the learner takes up to {gigabytes:.1} GB, in memory and in each checkpoint (`replay` limits it)"))
 }
 
 /// A time with its unit: milliseconds, or as [`span`] has it.

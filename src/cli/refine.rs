@@ -85,7 +85,7 @@ fn check_comparable(paths: &[PathBuf], opened: &[Opened]) -> Result<(), Fault> {
     for (one, path) in rest.iter().zip(paths.iter().skip(1)) {
         if objective(one) != objective(first) {
             return Err(Fault::usage(format!(
-                "{} has another unit of its objective, or another direction, than {}: rank them apart",
+                "the objective of {} has another unit or direction than that of {}: rank the two separately",
                 path.display(),
                 paths.first().map_or(Path::new(""), PathBuf::as_path).display()
             )));

@@ -31,7 +31,7 @@ impl Replace {
         is_not_read(out)?;
         let is_the_same = || reading::to_replace(out).is_ok_and(|there| there == text.as_bytes());
         if !self.force && is_there(out) && !is_the_same() {
-            return Err(refused(out, "nothing in it tells that this command wrote it"));
+            return Err(refused(out, "it is not what this command would write"));
         }
         write_whole(out, text).map_err(Fault::usage)
     }
@@ -53,7 +53,7 @@ impl Replace {
         if self.force || !is_there(out) || is_as_written_by(out, command) {
             return Ok(());
         }
-        Err(refused(out, "this command did not write it, or it was edited since"))
+        Err(refused(out, "this command did not write it, or somebody edited it since"))
     }
 }
 
@@ -69,7 +69,7 @@ pub(super) fn is_not_read(out: &Path) -> Result<(), Fault> {
     if !reading::was_read(out) {
         if run_files::is_of_run(&place) {
             return Err(Fault::usage(format!(
-                "{} is a file of the run in its folder, which cannot do without it; choose another name with --out",
+                "{} is a file of the run in this folder, and the run needs it; choose another name with --out",
                 out.display()
             )));
         }

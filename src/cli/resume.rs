@@ -48,7 +48,7 @@ impl Resume {
             let complete = format!("the run in {} is complete", path.display());
             if self.max_evals.is_some() {
                 return Err(Fault::usage(format!(
-                    "{complete}; a longer one begins anew: sgc run --max-evals"
+                    "{complete}; for a longer run, begin anew with: sgc run --max-evals"
                 )));
             }
             let asked = run_files::asked(path).map_err(Fault::usage)?;
@@ -56,7 +56,7 @@ impl Resume {
             run_files::frozen(path, &asked).map_err(Fault::usage)?;
             folder::clear(path);
             leftovers::clear(path, leftovers::replaces(&asked.command));
-            output::note(&format!("{complete}: there is nothing to go on with"));
+            output::note(&format!("{complete}: nothing is left to do"));
             return Ok(exit::DONE);
         }
         let max_evals = self.max_evals.map(|max| Some(max).filter(|max| *max > 0));

@@ -115,10 +115,9 @@ impl Run {
         drop(before);
         let named = |name: String| self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
         if let Some(runs) = self.runs {
-            let last = self
-                .seed
-                .checked_add(u64::from(runs) - 1)
-                .ok_or_else(|| Fault::usage("there are not so many seeds"))?;
+            let last = self.seed.checked_add(u64::from(runs) - 1).ok_or_else(|| {
+                Fault::usage("the last seed would be too large: use a smaller --seed or fewer --runs")
+            })?;
             let series = Series {
                 command: command.clone(),
                 sgc: env!("CARGO_PKG_VERSION").to_owned(),
@@ -213,7 +212,7 @@ fn begun_with(path: &Path, rules: &RuleSet, run: &Run) -> Result<Begun, Fault> {
         ));
     } else if let Some(lost) = robustness::refused_with_rods(&candidate, &saved, run.solver.as_deref()) {
         output::note(&format!(
-            "the curves of {} come to {} in the nominal world, but to {} with soft rods, less than `keep_with_rods` asks for: the search refuses them, and draws others \
+            "the curves of {} have the value {} in the nominal world, but {} with soft rods, which is less than `keep_with_rods` requires: the search refuses them, and draws others \
              for this body",
             file.display(),
             lost.hinges,

@@ -60,7 +60,7 @@ fn set(wanted: &str, rules: &RuleSet) -> Result<(String, Scenarios), Fault> {
     };
     if let Some(library) = file.filter(|file| file.starts_with("std.")) {
         return Err(Fault::usage(format!(
-            "a set of the library is named through a grammar that imports it\nhelp: write `use {library} {{ {name} }}` in a file, and `--in FILE:{name}`; \
+            "`--in` cannot name a set of the library directly: it needs a grammar that imports the set\nhelp: write `use {library} {{ {name} }}` in a file, and `--in FILE:{name}`; \
              a set that the design's own grammar imports needs no file: `--in {name}`"
         )));
     }

@@ -120,11 +120,11 @@ impl Session<'_> {
             )),
             None if outcome.tally.invalid() == 0 => Some(
                 "no gait kept its value in a finer simulation: no feasible design was found. A robot that hardly moves \
-                 has a value that is nothing but rounding"
+                 has a value that is only rounding error"
                     .to_owned(),
             ),
             None if outcome.tally.unstable > 0 => Some(
-                "no feasible design was found: what had a value lost it in a finer simulation".to_owned(),
+                "no feasible design was found: every design that had a value lost it in a finer simulation".to_owned(),
             ),
             None => Some("no evaluation was valid: no feasible design was found".to_owned()),
             Some(_)
@@ -135,7 +135,7 @@ impl Session<'_> {
                 ) =>
             {
                 Some(format!(
-                    "no rule could ever be applied to the initial design; {} says what blocked each",
+                    "no rule could ever be applied to the initial design; {} says what blocked each rule",
                     path.join("evals.csv").display()
                 ))
             }
@@ -191,11 +191,13 @@ fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) 
     }
     for (error, many) in &tally.refused {
         let place = load::no_value(error, sources);
-        output::note(&format!("warning: {place}; {many} moves were refused for it"));
+        output::note(&format!("warning: {place}; {many} moves were refused because of it"));
     }
     if tally.hopeless > 0 {
         let many = tally.hopeless;
-        output::note(&format!("{many} evaluations could not come to enough, as was known before their end"));
+        output::note(&format!(
+            "{many} evaluations could not reach a value that would be accepted, as was clear before they ended"
+        ));
     }
     if tally.unstable > 0 {
         let many = tally.unstable;
@@ -282,7 +284,7 @@ impl Keeper<'_> {
         } else if lost && !self.folder.is_replacing() {
             let path = output::typed(path);
             output::note(&format!(
-                "what was saved last is intact; once it can be written again, go on with: sgc resume {path}"
+                "the last saved state is intact; when files can be written again, go on with: sgc resume {path}"
             ));
         } else if self.folder.best_path().exists() && !self.folder.is_replacing() {
             output::note(&format!("the best so far is saved in {}", path.display()));

@@ -48,7 +48,9 @@ impl Several<'_> {
         if waiting.is_empty() {
             let complete = format!("all runs in {} are complete", self.folder.path().display());
             if self.max_evals.is_some() {
-                return Err(Fault::usage(format!("{complete}; longer ones begin anew: sgc run --max-evals")));
+                return Err(Fault::usage(format!(
+                    "{complete}; for longer runs, begin anew with: sgc run --max-evals"
+                )));
             }
             output::note(&complete);
         }
@@ -84,7 +86,7 @@ impl Several<'_> {
             self.folder.settle();
         }
         for older in leftovers::left(self.folder.path()) {
-            output::note(&format!("what was there before is kept in {}", output::typed(&older)));
+            output::note(&format!("the earlier contents are kept in {}", output::typed(&older)));
         }
         if let Some((seed, _)) = best {
             if lines.iter().any(|line| line.seed == seed && line.is_still) {

@@ -44,7 +44,7 @@ pub(super) fn side_by_side<T: Clone + Send, O: Send>(
                 });
                 if let Err(why) = begun {
                     under_way -= 1;
-                    ended(which, Err(Fault::usage(format!("there is no thread for it: {why}"))));
+                    ended(which, Err(Fault::usage(format!("cannot start a thread for it: {why}"))));
                 }
             }
             if under_way == 0 {

@@ -112,7 +112,7 @@ impl Test {
             }
         }
         if !any {
-            let what = if left_out > 0 { "no example of such a name" } else { "no examples" };
+            let what = if left_out > 0 { "no example has this name" } else { "no examples" };
             output::note(&format!("{}: {what}", file.display()));
         }
         Ok(())

@@ -86,7 +86,7 @@ impl Blocked {
     pub fn sentence(&self, rules: &RuleSet) -> String {
         match self {
             Self::NoMatch => "the rule does not match there".to_owned(),
-            Self::Refused(Refusal::Gone) => "what it names is not there (any more)".to_owned(),
+            Self::Refused(Refusal::Gone) => "what it names is not in the design (any more)".to_owned(),
             Self::Refused(Refusal::PortTaken { kind, port }) => {
                 let image = match rules.symmetry {
                     Symmetry::None => "",
@@ -96,7 +96,7 @@ impl Blocked {
             }
             Self::Refused(Refusal::Asymmetric(kind)) => {
                 format!(
-                    "the symmetry would be lost: there {} `{kind}` is not its own image, and has no other",
+                    "the symmetry would be lost: at this place, {} `{kind}` is not its own image, and has no other image",
                     article(kind)
                 )
             }
@@ -107,7 +107,7 @@ impl Blocked {
                 )
             }
             Self::Refused(Refusal::NoImage { kind, port }) => format!(
-                "the symmetry would be lost: it maps the port `{port}` of {} `{kind}` to a place where that has no port (declare one there, too, or attach it `alone`, without an image)",
+                "the symmetry would be lost: it maps the port `{port}` of {} `{kind}` to a place that has no port (declare one there, too, or attach it `alone`, without an image)",
                 article(kind)
             ),
             Self::Refused(Refusal::BadParameter { name, why }) => {
@@ -117,12 +117,14 @@ impl Blocked {
                 format!("with its parameters the part has no `{}`: {}", unmade.field, unmade.reason)
             }
             Self::Refused(Refusal::NoPort(name)) => format!("the part has no port `{name}`"),
-            Self::Refused(Refusal::Fixed) => "a part of the initial design stays".to_owned(),
+            Self::Refused(Refusal::Fixed) => {
+                "a part of the initial design cannot be removed or replaced".to_owned()
+            }
             Self::Refused(Refusal::NotJoined) => "the parts are not joined".to_owned(),
             Self::Refused(Refusal::Empty) => "nothing would be left of the lattice".to_owned(),
             Self::Refused(Refusal::NoCell) => "there is no cell at that place".to_owned(),
             Self::Refused(Refusal::TooMany) => {
-                "one step makes 256 parts at most, images among them".to_owned()
+                "one step can make at most 256 parts, including images".to_owned()
             }
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| {
                 let because = r.because.as_ref().map_or(String::new(), |b| format!(": {b}"));
@@ -131,7 +133,7 @@ impl Blocked {
             Self::Needed => "a later step needs it".to_owned(),
             Self::NoChange => "it changes nothing".to_owned(),
             Self::Unsettled => format!(
-                "what rules with `always` set does not settle: after {MOST_PASSES} times they still change the design"
+                "the rules with `always` do not settle: after {MOST_PASSES} rounds they still change the design"
             ),
             Self::NoValue(error) => format!("an expression has no value: {}", error.reason),
         }

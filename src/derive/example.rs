@@ -31,7 +31,7 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
     };
     let no_value = |e: EvalError| {
         let reason = if e.reason == UNKNOWN_HERE {
-            "what this reads is not there (any more)".to_owned()
+            "what this reads is not in the design (any more)".to_owned()
         } else {
             e.reason
         };
@@ -55,7 +55,7 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                         Undone::NoValue(error) => no_value(error),
                         Undone::Refused(Refused { reason, place, .. }) => {
                             let place = place.unwrap_or(application.span);
-                            fail(place, format!("`{name}` cannot be done"), reason)
+                            fail(place, format!("the step `{name}` cannot be applied"), reason)
                         }
                     })?;
                 let (step, made) = step;
@@ -104,8 +104,10 @@ fn holds(rules: &RuleSet, done: &Derivation, by: Option<&str>) -> String {
     let requirement = by.and_then(|by| rules.requirements.iter().find(|one| one.name == by));
     let sides = requirement.and_then(|one| sides(&one.condition, &DesignScope::new(rules, done), &[]));
     match (requirement, sides) {
-        (Some(one), Some(sides)) => format!("but it can be done: of `{}`, {sides} is true then", one.name),
-        _ => "but it can be done".to_owned(),
+        (Some(one), Some(sides)) => {
+            format!("but it can be applied: `{}` then holds, because {sides}", one.name)
+        }
+        _ => "but it can be applied".to_owned(),
     }
 }
 

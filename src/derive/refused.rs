@@ -103,14 +103,14 @@ fn report(rules: &RuleSet, rule: &Rule, why: &Refusal) -> Option<Diagnostic> {
             "a part is attached there already, or the symmetry attaches one: attach only one part, and the symmetry makes its images"
         }
         Refusal::Asymmetric(_) => {
-            "on the axis or mirror only what is its own image can hang (a round actuator that twists, spins or slides along the axis is)"
+            "on the axis or mirror plane, attach only parts that are their own images (such as a round actuator that twists, spins or slides along the axis)"
         }
         Refusal::Askew(_) => {
             "turn it by 0 deg or 180 deg; to bend across the plane, give it another axis instead: \
              `bender(direction = 90 deg)`, or `joint = bend about y` in an actuator of your own"
         }
         Refusal::NoImage { .. } => {
-            "where the symmetry leads from a port there must be a port, too (five ports around an axis are not repeated by `radial 4`)"
+            "the symmetry must map each port to a port (`radial 4` does not map five ports around an axis to each other)"
         }
         _ => return None,
     };

@@ -139,7 +139,7 @@ pub fn overwritten(rules: &RuleSet, design: &Design) -> Vec<Diagnostic> {
             param.span,
             format!("the value of `{name}` that `-p` gives is not that of the first design"),
         )
-        .label("a rule has set it to another one there")
+        .label("there, a rule has set another value")
         .help("vary what this rule reads, begin with another design, or leave `-p` out")
     };
     given.filter(|(_, param)| param.given).map(error).collect()
@@ -157,7 +157,7 @@ fn overwritten_in_variants(rules: &RuleSet, design: &Design, changes: &[Change])
         );
         Some(
             Diagnostic::new(Code::NO_EFFECT, place, message)
-                .label("a rule has set it to another one there")
+                .label("there, a rule has set another value")
                 .help("change what this rule reads, or the rule, or leave this line out"),
         )
     };
@@ -187,10 +187,10 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
                          have an image there: mirror another plane (`xy` is forward and up, between left and right)"
                     }
                     reason if is_lost(reason) => {
-                        "the core must be its own image: a box is one of `radial 2` and, if square, \
-                         `radial 4`, a disk of any, with ports that fit; an actuator on the axis must be round, and twist, spin or slide along it"
+                        "the core must be its own image: a box is one under `radial 2` and, if square, \
+                         `radial 4`, a disk under any symmetry, if its ports fit; an actuator on the axis must be round, and twist, spin or slide along it"
                     }
-                    "one step makes 256 parts at most, images among them" => {
+                    "one step can make at most 256 parts, including images" => {
                         "`begin` counts as one step: place fewer parts, and let rules add the rest"
                     }
                     reason if reason.contains("turned out of the plane") => {

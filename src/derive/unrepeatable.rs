@@ -23,7 +23,7 @@ pub enum Unrepeatable {
     #[error("the rule `{0}` matches and chooses other things")]
     OtherLocals(String),
     /// It takes a step back: such steps are not recorded.
-    #[error("a reversion is no step")]
+    #[error("a rule that reverts a step is not a step itself")]
     Reversion,
     /// It chooses a kind that is not declared.
     #[error("there is no part `{0}`")]

@@ -90,7 +90,7 @@ impl Part {
         (start != 0.0).then(|| {
             let at = units::shown(start, joint.kind.position());
             format!(
-                "`{}` begins with its joint at {at} (its `neutral`, or what `begins` says): leave room for that",
+                "`{}` begins with its joint at {at} (its `neutral`, or what `begins` says): leave room for this position",
                 self.kind
             )
         })

@@ -51,8 +51,7 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
                 Ok(drive) => drive.tried_with(&left),
                 Err(error) => {
                     found.push(
-                        no_value(error, example)
-                            .help("each actuator needs a value that says which group it is of"),
+                        no_value(error, example).help("each actuator needs a value that gives its group"),
                     );
                     continue;
                 }

@@ -20,12 +20,12 @@ const CLOSE: f64 = 1e-6;
 pub enum Unplayable {
     /// Valves know no angle.
     #[error(
-        "it follows an angle, and the target drives valves: actuate it with an actuation that says `drive valves = ...`"
+        "it follows an angle, but the target drives valves: actuate it with an actuation that says `drive valves = ...`"
     )]
     Angle,
     /// Servos know no valves.
     #[error(
-        "it follows valves, and the target drives servos: actuate it with an actuation that says `drive angle = ...`"
+        "it follows valves, but the target drives servos: actuate it with an actuation that says `drive angle = ...`"
     )]
     Valves,
     /// A time is beyond what a board counts.
@@ -86,7 +86,7 @@ pub fn schedule(backend: &dyn Backend, cycle: &Cycle, names: &[String]) -> Resul
     }
     let period = micros(cycle.period);
     if period.is_none() {
-        whole(format!("a period of {} s is no time that a board can count", cycle.period));
+        whole(format!("a board cannot count a period of {} s", cycle.period));
     }
     let mut channels = Vec::new();
     for (number, ((_, asked), name)) in cycle.actuators.iter().zip(names).enumerate().take(backend.channels())

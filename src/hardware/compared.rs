@@ -101,7 +101,7 @@ pub fn svg(title: &str, all: &[Compared]) -> String {
          viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">\n<style>\n{STYLE}</style>"
     );
     text(&mut out, (24.0, 36.0), "title", title);
-    let legend = "dashed: as it was simulated; drawn through: as it would be played";
+    let legend = "dashed line: as simulated; solid line: as the board would play it";
     text(&mut out, (24.0, 58.0), "quiet", legend);
     let x = |time: f64| LEFT + (RIGHT - LEFT) * if duration > 0.0 { time / duration } else { 0.0 };
     for tick in 0..=5 {

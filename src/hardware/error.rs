@@ -157,7 +157,7 @@ impl fmt::Display for Error {
             ),
             Self::Latched { state: State::Estopped, faults } if faults.stop_circuit() => write!(
                 f,
-                "the board is in an emergency stop, as its stop circuit was opened: release the button (without a \
+                "the board is in an emergency stop, because its stop circuit was opened: release the button (without a \
                  button, D2 needs a wire to ground), see that all is well at the robot, then clear it"
             ),
             Self::Latched { state: State::Estopped, .. } => write!(
@@ -171,11 +171,11 @@ impl fmt::Display for Error {
             ),
             Self::Latched { .. } => write!(
                 f,
-                "the board stopped as it lost its host: see that all is well at the robot, then clear it"
+                "the board stopped because it lost the connection to its host: see that all is well at the robot, then clear it"
             ),
             Self::LinkLost => write!(
                 f,
-                "the board did not hear of this program for too long, and has stopped: is the machine overloaded, \
+                "the board did not hear from this program for too long, and has stopped: is the machine overloaded, \
                  or the cable loose?"
             ),
             Self::Unfit(problems) => {
@@ -197,11 +197,11 @@ impl fmt::Display for Error {
             ),
             Self::StillRunning => write!(
                 f,
-                "the board has taken the order to stop, and says that it runs on: open its stop circuit or cut its power"
+                "the board accepted the order to stop, but reports that it still runs: open its stop circuit or cut its power"
             ),
             Self::Clock { board, host } => write!(
                 f,
-                "the board says that it has run for {:.1} s, and {:.1} s have passed here: it was told to stop, as the motion \
+                "the board reports that it ran for {:.1} s, but {:.1} s have passed here: sgc stopped it, because the motion \
                  is not the one that was simulated. Is the firmware that of this program?",
                 board.as_secs_f64(),
                 host.as_secs_f64()

@@ -63,7 +63,7 @@ impl Schedule {
         if let Some(first) = points.next()
             && !points.all(|other| other == first)
         {
-            let text = "its servos have different numbers of points: give all as many".into();
+            let text = "its servos have different numbers of points: give all the same number".into();
             problems.push(Problem { channel: None, text });
         }
         let bytes = program::table(self).len();
@@ -103,7 +103,7 @@ const MIXED: &str = "one schedule drives valves or servos, not both: use a secon
 fn changes_at_fault(changes: &[(Micros, ValveState)], least: Micros, period: Micros) -> Vec<String> {
     let mut out = Vec::new();
     match changes.first() {
-        None => return vec!["it has no changes: say at least what its valves do from 0 on".into()],
+        None => return vec!["it has no changes: give at least the state of its valves from 0 on".into()],
         Some((0, _)) => {}
         Some((at, _)) => out.push(format!("its first change is at {}: it must be at 0", seconds(*at))),
     }

@@ -6,6 +6,7 @@ use std::fmt::Write;
 use grammar_lang::eval::{EvalError, Reference, Value, WithValues, evaluate};
 use grammar_lang::ir::{RuleSet, Spread, Ty};
 use grammar_lang::source::SourceMap;
+pub use grammar_lang::units::quantity;
 use grammar_lang::units::{self, Dimension};
 use indexmap::IndexMap;
 
@@ -327,22 +328,6 @@ pub fn no_value(error: &EvalError, sources: &SourceMap) -> String {
     let name = sources.get(error.span.file).map_or("", |s| s.name.as_str());
     let text = sources.slice(error.span);
     format!("{name}:{line}:{column}: `{text}` has no value: {}", error.reason)
-}
-
-/// What is smaller is rounding.
-const LEAST: f64 = 1e-12;
-
-/// A value with its unit: four places, or three digits where those would be lost.
-#[must_use]
-pub fn quantity(value: f64, unit: &str) -> String {
-    let number = match value.abs() {
-        // No minus sign before a zero.
-        size if size < LEAST => "0.0000".to_owned(),
-        size if size < 5e-4 => format!("{value:.2e}"),
-        size if size < 1e9 => format!("{value:.4}"),
-        _ => format!("{value:.4e}"),
-    };
-    if unit.is_empty() { number } else { format!("{number} {unit}") }
 }
 
 /// A term's value in a unit that people use: that of the objective, if it fits.

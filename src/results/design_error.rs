@@ -75,15 +75,15 @@ pub enum DesignError {
     OtherMotion(#[from] NotMotion),
     /// The objective asks for what such a motion does not tell.
     #[error(
-        "the objective reads what a table of poses does not tell, such as `energy` or `work`: only sgc's own solvers \
-         know that"
+        "the objective reads values that a table of poses does not contain, such as `energy` or `work`: only sgc's own solvers \
+         know these"
     )]
     NotInMotion,
     /// Somebody asked to stop.
     #[error("stopped before {0}")]
     Stopped(&'static str),
     /// Its derivation leads to another body.
-    #[error("its derivation does not lead to the body that was saved: it was changed")]
+    #[error("its derivation does not lead to the body that was saved: the file was changed")]
     OtherBody,
     /// Its names are none.
     #[error(transparent)]
@@ -97,11 +97,11 @@ pub enum DesignError {
         label: String,
     },
     /// It comes to another value.
-    #[error("simulated again the design has another value than the saved one: it was changed")]
+    #[error("simulated again, the design does not have its saved value: the file was changed")]
     OtherValue,
     /// It comes to something else, and another program saved it.
     #[error(
-        "the design was saved by sgc {theirs}, and with this one, {}, {what}: use sgc {theirs} for it, or search again",
+        "the design was saved by sgc {theirs}, and with this version, {}, {what}: use sgc {theirs} for it, or search again",
         env!("CARGO_PKG_VERSION")
     )]
     OtherProgram {
@@ -111,13 +111,13 @@ pub enum DesignError {
         what: String,
     },
     /// It comes to something else that it says.
-    #[error("{what} is another one than the design comes to: the file was changed")]
+    #[error("{what} differs from the result of the simulation: the file was changed")]
     Other {
         /// What.
         what: String,
     },
     /// It was not found by this run.
-    #[error("it is of another run (grammar {grammar}, seed {seed}): the file was replaced")]
+    #[error("it belongs to another run (grammar {grammar}, seed {seed}): the file was replaced")]
     OtherRun {
         /// Its grammar.
         grammar: String,
@@ -125,7 +125,7 @@ pub enum DesignError {
         seed: u64,
     },
     /// The run says another value.
-    #[error("its value is another one than {file} says: it was changed")]
+    #[error("its value differs from that in {file}: the file was changed")]
     OtherResult {
         /// Where the run says it.
         file: &'static str,

@@ -190,7 +190,7 @@ pub enum Unfit {
     #[error("is not a checkpoint")]
     NotCheckpoint,
     /// Another program would go on in another way.
-    #[error("was written by sgc {theirs}; this is {}, which would not go on in the same way: use the other one, or begin anew", env!("CARGO_PKG_VERSION"))]
+    #[error("was written by sgc {theirs}; this is {}, which would not go on in the same way: use that version, or begin anew", env!("CARGO_PKG_VERSION"))]
     OtherProgram {
         /// The version that wrote it.
         theirs: String,
@@ -204,7 +204,9 @@ pub enum Unfit {
         wanted: u32,
     },
     /// Not the best design of this run.
-    #[error("is not this run's, which would be written over it: move it away, and the run goes on ({why})")]
+    #[error(
+        "does not belong to this run, which would overwrite it: move it away, and the run goes on ({why})"
+    )]
     NotOwn {
         /// What is wrong with it.
         why: String,
@@ -217,7 +219,7 @@ pub enum Unfit {
     },
     /// A result that is not of what was asked.
     #[error(
-        "is of grammar {grammar} and seed {seed}, and run.toml beside it of others: one of them was changed; restore it, or leave this run out of the report"
+        "belongs to grammar {grammar} and seed {seed}, but run.toml beside it names others: one of them was changed; restore it, or leave this run out of the report"
     )]
     OtherAsked {
         /// The grammar of the result.
@@ -229,12 +231,10 @@ pub enum Unfit {
     #[error("was removed, replaced or changed while the run went on, and its rows are lost: begin anew")]
     TakenAway,
     /// What the run was asked was changed after it had ended.
-    #[error("was changed after the run had ended: restore it, or do without this run")]
+    #[error("was changed after the run had ended: restore it, or leave this run out")]
     OtherRun,
     /// A link where a run keeps a file or folder of its own: what it leads to is not the run's.
-    #[error(
-        "is a link, and a run does not write into what it leads to: put the file or folder itself in its place"
-    )]
+    #[error("is a link, and a run does not write through links: put the file or folder itself in its place")]
     Link,
     /// The table of moves was changed after the run had ended.
     #[error(
@@ -274,7 +274,7 @@ pub enum Unfit {
     },
     /// A run of another grammar than that beside it.
     #[error(
-        "is a run of {grammar} with other rules than {}, which is beside it: they are no runs of one grammar; take it \
+        "is a run of {grammar} with other rules than {}, which is beside it: they are not runs of one grammar; move it \
          out of this folder",
         first.display()
     )]
@@ -286,7 +286,7 @@ pub enum Unfit {
     },
     /// A design that somebody edited.
     #[error(
-        "was changed after it was saved: what it says does not fit its checksum, and is the result of no search"
+        "was changed after it was saved: it does not fit its checksum, and is not the result of a search"
     )]
     Edited,
 }

@@ -48,7 +48,7 @@ pub enum NoGait {
         grammar: String,
     },
     /// With the ranges and speeds of the other grammar, an actuator of the design makes no sense.
-    #[error("under the other grammar the design has an actuator that cannot be: {0}")]
+    #[error("under the other grammar the design has an actuator that is not possible: {0}")]
     Unmade(#[from] Unmade),
     /// How its actuators move under the other grammar depends on its steps, and that grammar cannot make them.
     #[error(
@@ -63,7 +63,7 @@ pub enum NoGait {
         why: String,
     },
     /// It has several, and none was named.
-    #[error("which target? say --target with one of: {}", there.join(", "))]
+    #[error("there are several targets: write --target with one of: {}", there.join(", "))]
     WhichTarget {
         /// Their names.
         there: Vec<String>,
@@ -80,13 +80,13 @@ pub enum NoGait {
     },
     /// The motion does not repeat.
     #[error(
-        "what the actuators are asked for does not repeat: a board plays one period over and over; give the actuation \
+        "the commands for the actuators do not repeat: a board plays one period over and over; give the actuation \
          a `period`, and let it read the time as `t / period` only"
     )]
     NoPeriod,
     /// It reacts.
     #[error(
-        "what drives `{kind}` reads sensors, has a `state` or leaves actions to a policy, and a board of sgc plays a period that is known ahead: a robot that \
+        "the actuation of `{kind}` reads sensors, has a `state` or leaves actions to a policy, but a board of sgc plays a period that is known in advance: a robot that \
          reacts needs a controller of its own (`sgc export --to drive` writes the commands of the simulated motion)"
     )]
     Reacts {
@@ -287,7 +287,7 @@ fn lagging(bends: &Bends, actuator: PartId, period: f64, joint: JointKind) -> Op
     let (time, asked, followed) = bends.asked.furthest(&bends.followed, column, period)?;
     ((asked - followed).abs() > same(joint)).then(|| {
         let [followed, asked] = [followed, asked].map(|value| in_words(joint, value));
-        format!("it is too slow for its curve: at {followed} where it is asked for {asked}, at {time:.2} s")
+        format!("it is too slow for its curve: it reaches {followed} instead of {asked} at {time:.2} s")
     })
 }
 

@@ -63,7 +63,7 @@ pub fn check_values(
     }
     let beside = saving::beside(rules, &replayed.beside);
     if design.beside.len() != beside.len() || !design.beside.iter().zip(&beside).all(|(a, b)| a.is_same(b)) {
-        return changed("what it comes to in another objective".to_owned());
+        return changed("its value in another objective".to_owned());
     }
     if design.penalties != score::penalties(rules, &replayed.candidate.derivation)? {
         return changed("the list of preferences that are not fulfilled".to_owned());
@@ -80,7 +80,7 @@ pub fn check_values(
         if let Some(said) = saved.at_rest {
             let (drive, parameters) = drive_of(&replayed.candidate, saved)?;
             if saving::at_rest(&drive, &parameters).map(f64::to_bits) != Some(said.to_bits()) {
-                return changed(format!("what the task `{}` is worth where nothing moves", saved.name));
+                return changed(format!("the value of the task `{}` where nothing moves", saved.name));
             }
         }
         let names = |terms: &[(String, f64)]| terms.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
@@ -95,12 +95,12 @@ pub fn check_values(
     if let Some(of_all) = &design.of_all {
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         if bits(&of_all.at_rest) != bits(&saving::all_at_rest(&replayed.candidate, design)?) {
-            return changed("what its objectives are where nothing moves".to_owned());
+            return changed("the list of its objective values where nothing moves".to_owned());
         }
     }
     for (name, value) in &replayed.observed {
         if design.observed.get(name).is_some_and(|saved| saved != value) {
-            return changed(format!("what was observed as `{name}`"));
+            return changed(format!("the observed value `{name}`"));
         }
     }
     Ok(())

@@ -123,7 +123,7 @@ pub enum BadNames {
     Missing(PartId),
     /// Tables and pages cannot show it.
     #[error(
-        "`{}` is no name for its part {part}: a name is text without commas, quotes and line breaks",
+        "`{}` cannot be the name of its part {part}: a name is text without commas, quotes and line breaks",
         name.escape_default()
     )]
     Odd {

@@ -350,7 +350,7 @@ impl SavedDesign {
         let what = match &own {
             DesignError::OtherValue => "it has another value".to_owned(),
             DesignError::OtherBody => "its steps lead to another body".to_owned(),
-            DesignError::Other { what } => format!("{what} is another one"),
+            DesignError::Other { what } => format!("{what} is different"),
             _ => return own,
         };
         match self.sgc == env!("CARGO_PKG_VERSION") {

@@ -52,7 +52,7 @@ pub fn together(
     said.extend(found.tenth.map(|tenth| format!("{} or better in nine of ten", quantity(tenth))));
     said.push(match values.get(found.worst).copied().flatten() {
         Some(value) => format!("{} at worst ({})", quantity(value), world(found.worst)),
-        None => format!("none in {} of them, such as {}", found.without, world(found.worst)),
+        None => format!("no value in {} of them, such as {}", found.without, world(found.worst)),
     });
     Some(said.join(", "))
 }
@@ -61,7 +61,7 @@ pub fn together(
 #[must_use]
 pub fn whole(value: Option<f64>, unit: &str) -> String {
     let value = value.map_or("no value".to_owned(), |value| describe::quantity(value, unit));
-    format!("{value} over all of them and the nominal one; in each alone: ")
+    format!("{value} over all of them and the nominal world; in each world alone: ")
 }
 
 /// What a task comes to in worlds that the search never saw, in words: a line, where it names scenarios.

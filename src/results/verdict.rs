@@ -1,10 +1,22 @@
 //! What cross-checks say of a saved design.
 
-use grammar_lang::ir::{Direction, RuleSet};
+use grammar_lang::ir::{Direction, Objective, RuleSet, Task};
+use grammar_lang::units::{self, Dimension};
 
 use super::describe;
 use super::saved::{Check, CheckOfAll, Measured, OfAll, SavedDesign, SavedTask};
 use crate::search::{NOTHING, keeps};
+
+/// How far a robot at rest goes by rounding and by the residue of its contacts, m, and how far it turns, rad.
+const SHIFTS: f64 = 1e-6;
+const TURNS: f64 = 1e-4 * std::f64::consts::PI / 180.0;
+/// Where the unit does not tell a length, a speed or an angle, values that differ by less are the same, whatever the robot does.
+const LEAST: f64 = 1e-9;
+/// What a robot does with its actuators held still is noise; the values of a robot at rest differ by so many times as much at most.
+const TIMES_HELD: f64 = 10.0;
+/// A robot whose value exceeds that with its actuators held still by less than this share of the noise does not move: robots that
+/// move exceed it by more.
+const STILL: f64 = 0.01;
 
 /// The name of the check that the search itself makes.
 pub(super) const HALF_STEP: &str = "half the step, finer contacts";
@@ -74,21 +86,53 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
         Measured::Held => {
             let gained = |value: f64| direction.fitness(value) - direction.fitness(at_rest);
             let much = (1.0 - rules.search.keep) * gained(value).abs();
-            if gained(other) > much.max(NOTHING) { Verdict::ByItself } else { Verdict::Confirmed }
+            if gained(other) > much.max(noise(task, objective, saved)) {
+                Verdict::ByItself
+            } else {
+                Verdict::Confirmed
+            }
         }
         Measured::Drift if other <= STAYS => Verdict::Confirmed,
         Measured::Drift | Measured::Spin => Verdict::Refuted,
         Measured::Work if other.max(1.0 / other) <= WORKS_ALIKE => Verdict::Confirmed,
         Measured::Work => Verdict::OtherWork,
-        Measured::Value | Measured::InWorlds => compared(direction, at_rest, share, value, other),
+        Measured::Value | Measured::InWorlds => {
+            compared(direction, at_rest, share, (value, other), noise(task, objective, saved))
+        }
         Measured::Unable | Measured::Sunk => Verdict::Silent,
     }
 }
 
-/// What another value says of a value.
-fn compared(direction: Direction, at_rest: f64, share: f64, value: f64, other: f64) -> Verdict {
+/// By how much values of an objective differ, in its unit, if the robot does nothing: the same robot is judged alike in m/s and in mm/s.
+fn noise(task: &Task, objective: &Objective, saved: &SavedTask) -> f64 {
+    let unit = units::parse(&objective.unit).ok().filter(|_| !objective.unit.is_empty());
+    let speed = Dimension::LENGTH.over(Dimension::TIME);
+    match unit {
+        Some(unit) if unit.dimension == Dimension::LENGTH => SHIFTS / unit.factor,
+        Some(unit) if unit.dimension == Dimension::ANGLE => TURNS / unit.factor,
+        Some(unit) if Some(unit.dimension) == speed => SHIFTS / task.model.duration / unit.factor,
+        _ => {
+            let by_itself = held(saved).zip(saved.at_rest).map(|(held, at_rest)| (held - at_rest).abs());
+            by_itself.map_or(NOTHING, |by_itself| (TIMES_HELD * by_itself).clamp(LEAST, NOTHING))
+        }
+    }
+}
+
+/// What a task comes to with the actuators held still, if that is known.
+fn held(saved: &SavedTask) -> Option<f64> {
+    saved.checks.iter().find(|check| check.measured == Measured::Held)?.value
+}
+
+/// What another value says of a value, which is given first.
+fn compared(
+    direction: Direction,
+    at_rest: f64,
+    share: f64,
+    (value, other): (f64, f64),
+    noise: f64,
+) -> Verdict {
     // What does not move differs by rounding only.
-    if (other - value).abs() < NOTHING {
+    if (other - value).abs() < noise {
         Verdict::Confirmed
     } else if !keeps(direction, at_rest, share, value, other) {
         Verdict::Worse
@@ -103,16 +147,20 @@ fn compared(direction: Direction, at_rest: f64, share: f64, value: f64, other: f
 #[must_use]
 pub fn verdict_of_all(rules: &RuleSet, design: &SavedDesign, of_all: &OfAll, check: &CheckOfAll) -> Verdict {
     let share = share(rules, &check.name);
-    let directions =
-        std::iter::once(&rules.objective).chain(rules.beside()).map(|objective| objective.direction);
+    let Some((task, first)) = rules.tasks.values().next().zip(design.tasks.first()) else {
+        return Verdict::Refuted;
+    };
+    let objectives = std::iter::once(&rules.objective).chain(rules.beside());
     let saved = std::iter::once(design.value).chain(design.beside.iter().map(|beside| beside.value));
     if check.values.len() != 1 + design.beside.len() {
         return Verdict::Refuted;
     }
     let at_rest = of_all.at_rest.iter().copied().chain(std::iter::repeat(0.0));
-    let all = directions.zip(at_rest).zip(saved.zip(&check.values));
-    let verdicts =
-        all.map(|((direction, at_rest), (value, other))| compared(direction, at_rest, share, value, *other));
+    let all = objectives.zip(at_rest).zip(saved.zip(&check.values));
+    let verdicts = all.map(|((objective, at_rest), (value, other))| {
+        let noise = noise(task, objective, first);
+        compared(objective.direction, at_rest, share, (value, *other), noise)
+    });
     let broken = |verdict: &Verdict| *verdict != Verdict::Confirmed;
     // What is lost says more than what is gained.
     let found: Vec<Verdict> = verdicts.filter(broken).collect();
@@ -128,19 +176,22 @@ fn share(rules: &RuleSet, name: &str) -> f64 {
     }
 }
 
-/// A robot whose value exceeds that with its actuators held still by less than this, in the unit of the value, does not move: rounding
-/// makes smaller differences, and robots that move make larger ones.
-const STILL: f64 = 1e-6;
-
-/// Whether a design does no better, in any task, than with its actuators held still.
+/// Whether a design does no better, in any task, than with its actuators held still, or all tasks together are no better than where
+/// nothing moves.
 #[must_use]
 pub fn stands_still(rules: &RuleSet, design: &SavedDesign) -> bool {
-    let gained = |saved: &SavedTask| {
-        let direction = rules.tasks.get(&saved.name)?.objective.direction;
-        let held = saved.checks.iter().find(|check| check.measured == Measured::Held)?.value?;
-        Some(direction.fitness(saved.value) - direction.fitness(held))
+    let is_no_better = |saved: &SavedTask| {
+        let (task, held) = rules.tasks.get(&saved.name).zip(held(saved))?;
+        let direction = task.objective.direction;
+        let gained = direction.fitness(saved.value) - direction.fitness(held);
+        Some(gained < STILL * noise(task, &task.objective, saved))
     };
-    design.tasks.iter().all(|saved| gained(saved).is_some_and(|gained| gained < STILL))
+    let together = || {
+        let at_rest = *design.of_all.as_ref()?.at_rest.first()?;
+        let direction = rules.objective.direction;
+        Some(rules.tasks.len() > 1 && direction.fitness(design.value) <= direction.fitness(at_rest))
+    };
+    design.tasks.iter().all(|saved| is_no_better(saved) == Some(true)) || together() == Some(true)
 }
 
 /// Of how many cross-checks that say anything of a design its value was kept in how many.
@@ -189,12 +240,12 @@ pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: 
             describe::quantity(design.less_penalties(direction, value), &saved.unit)
         }
         (Some(spin), Measured::Spin) => {
-            format!("it turns by {} out of nothing", describe::quantity(spin.to_degrees(), "deg"))
+            format!("it turns by {} without a cause", describe::quantity(spin.to_degrees(), "deg"))
         }
         (Some(share), Measured::Work) => format!("{share:.2} times as much"),
         (Some(drift), Measured::Drift) if drift <= STAYS => "it stays in place, as it should".to_owned(),
         (Some(drift), Measured::Drift) => {
-            format!("its centre of mass goes {} astray", describe::quantity(100.0 * drift, "cm"))
+            format!("its centre of mass drifts by {}", describe::quantity(100.0 * drift, "cm"))
         }
     }
 }

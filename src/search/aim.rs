@@ -35,8 +35,11 @@ struct Scale {
     weight: f64,
     /// The best of the front, where more is better.
     ideal: f64,
-    /// From the worst of the front to its best.
+    /// From the worst of the front to its best; 1 as long as there is no front.
     range: f64,
+    /// Whether there is a front, so that its range says what is near zero.
+    #[serde(default)]
+    has_range: bool,
 }
 
 impl Aim {
@@ -60,7 +63,7 @@ impl Aim {
                 known.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
             let Some((ideal, range)) = (low <= high).then_some((high, high - low)) else {
                 let weight = if place == 0 { 1.0 } else { 0.0 };
-                return Scale { direction: *direction, weight, ideal: 0.0, range: 1.0 };
+                return Scale { direction: *direction, weight, ideal: 0.0, range: 1.0, has_range: false };
             };
             let range = if range > 0.0 {
                 range
@@ -69,7 +72,7 @@ impl Aim {
             } else {
                 1.0
             };
-            Scale { direction: *direction, weight: drawn, ideal, range }
+            Scale { direction: *direction, weight: drawn, ideal, range, has_range: true }
         });
         let mut scales: Vec<Scale> = scales.collect();
         let sum: f64 = scales.iter().map(|scale| scale.weight).sum();
@@ -98,7 +101,8 @@ impl Aim {
         let all = self.scales.iter().zip(at_rest).zip(each.iter().zip(other));
         each.len() == other.len() && { all }.all(|((scale, at_rest), (value, other))| {
             let fitness = |x: &f64| scale.direction.fitness(*x);
-            let size = (value - at_rest).abs().max(OF_RANGE * scale.range);
+            let near_zero = if scale.has_range { OF_RANGE * scale.range } else { 0.0 };
+            let size = (value - at_rest).abs().max(near_zero);
             fitness(other) >= fitness(value) - (1.0 - keep) * size
         })
     }

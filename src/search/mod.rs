@@ -77,8 +77,8 @@ pub enum Failure {
     Output(#[from] Unkept),
     /// A random walk of so many values gave the same value again and again.
     #[error(
-        "the random walk found {0} designs of the same value, so that their deviation gives no temperature: let \
-         `walk` be longer, or write a temperature as a number"
+        "the random walk found {0} designs of the same value, so it cannot give a temperature: make \
+         `walk` longer, or write a temperature as a number"
     )]
     NoDeviation(usize),
     /// The threads could not be started.

@@ -79,7 +79,7 @@ pub(super) fn recording(settings: &Settings, assembly: &Assembly) -> Result<(), 
 pub(super) fn assembly(assembly: &Assembly) -> Result<(), Unfit> {
     need(assembly.springs.is_empty() && assembly.swellings.is_empty(), || {
         format!(
-            "the assembly has {} springs and {} swellings, and this solver knows hinges only; use `balls`",
+            "the assembly has {} springs and {} swellings, but this solver supports only hinges; use `balls`",
             assembly.springs.len(),
             assembly.swellings.len()
         )
@@ -111,7 +111,7 @@ pub(super) fn lattice(assembly: &Assembly) -> Result<(), Unfit> {
     some_elements(assembly)?;
     need(assembly.joints.is_empty(), || {
         format!(
-            "the assembly has {} joints, and this solver knows springs only; use `articulated`",
+            "the assembly has {} joints, but this solver supports only springs; use `articulated`",
             assembly.joints.len()
         )
     })?;

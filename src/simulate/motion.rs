@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, UnitQuaternion};
 
 use super::LAST_STRETCH;
 use crate::design::assembly::Shape;
@@ -135,6 +135,20 @@ pub struct Motion {
     pub placements: Arc<[Placement]>,
 }
 
+/// The pose when a share of the way from one to another has passed: the position linearly, the rotation by normalised quaternions.
+///
+/// A quaternion and its negative are the same rotation, and solvers may give either: the nearer one is meant, or the pose would turn
+/// the long way round.
+pub(super) fn pose_between(from: &Isometry3<f64>, to: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
+    let position = from.translation.vector.lerp(&to.translation.vector, share);
+    let near = if from.rotation.coords.dot(&to.rotation.coords) < 0.0 {
+        UnitQuaternion::new_unchecked(-to.rotation.into_inner())
+    } else {
+        to.rotation
+    };
+    Isometry3::from_parts(position.into(), from.rotation.nlerp(&near, share))
+}
+
 impl Motion {
     /// Number of recorded frames.
     #[must_use]
@@ -187,8 +201,7 @@ impl Motion {
         } else if part >= 1.0 {
             *to
         } else {
-            let position = from.translation.vector.lerp(&to.translation.vector, part);
-            Isometry3::from_parts(position.into(), from.rotation.nlerp(&to.rotation, part))
+            pose_between(from, to, part)
         };
         Some(body * placement.local)
     }
@@ -263,6 +276,24 @@ mod tests {
             work: Vec::new(),
             commands: None,
             placements: [Placement::new(0, Isometry3::identity(), Shape::Ball { radius: 0.01 })].into(),
+        }
+    }
+
+    /// A quaternion and its negative are one rotation: solvers give either, and what lies between two frames must not turn the long way.
+    #[test]
+    fn between_two_frames_the_shorter_way_is_taken() {
+        let turned = |degrees: f64| {
+            let turn = UnitQuaternion::from_axis_angle(&nalgebra::Vector3::y_axis(), degrees.to_radians());
+            Isometry3::from_parts([0.0; 3].into(), turn)
+        };
+        let (from, to) = (turned(115.0), turned(125.0));
+        let negative =
+            Isometry3::from_parts(to.translation, UnitQuaternion::new_unchecked(-to.rotation.into_inner()));
+        for end in [to, negative] {
+            for share in [0.0, 0.3, 0.5, 1.0] {
+                let due = turned(115.0 + 10.0 * share);
+                assert!(pose_between(&from, &end, share).rotation.angle_to(&due.rotation) < 1e-4);
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use std::cell::OnceCell;
 use nalgebra::{Isometry3, Vector3};
 
 use super::feedback::{ControlLoop, Controller, Measured, Observable};
-use super::motion::Placement;
+use super::motion::{Placement, pose_between};
 use super::schedule::Schedule;
 use super::servo::{Bends, Servo};
 use super::{Case, Invalid, LAST_STRETCH, Motion, Settings, Stop, Targets, Watch, World};
@@ -221,10 +221,7 @@ struct State {
 impl State {
     /// The state when a share of a step has passed, which led from another state to this one.
     fn within(self, before: &Self, share: f64) -> Self {
-        let pose = |(from, to): (&Isometry3<f64>, &Isometry3<f64>)| {
-            let place = from.translation.vector.lerp(&to.translation.vector, share);
-            Isometry3::from_parts(place.into(), from.rotation.nlerp(&to.rotation, share))
-        };
+        let pose = |(from, to): (&Isometry3<f64>, &Isometry3<f64>)| pose_between(from, to, share);
         let position = |(from, to): (&f64, &f64)| from + (to - from) * share;
         Self {
             poses: before.poses.iter().zip(&self.poses).map(pose).collect(),

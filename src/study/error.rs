@@ -13,7 +13,7 @@ pub enum StudyError {
     #[error(transparent)]
     File(#[from] FileError),
     /// The file is no TOML, or has fields that no study has.
-    #[error("{} is no study that can be read:\n{why}", path.display())]
+    #[error("cannot read the study {}:\n{why}", path.display())]
     NotStudy {
         /// The file.
         path: PathBuf,
@@ -29,7 +29,7 @@ pub enum StudyError {
         why: String,
     },
     /// A folder without a study.
-    #[error("{} is no folder of a study: it has no plan.json; `sgc study FILE.toml` makes one", path.display())]
+    #[error("{} is not the folder of a study: it has no plan.json; `sgc study FILE.toml` makes one", path.display())]
     NoStudy {
         /// The folder.
         path: PathBuf,
@@ -49,7 +49,7 @@ pub enum StudyError {
         why: String,
     },
     /// Another program would go on in another way.
-    #[error("the study in {} was begun by sgc {theirs}; this is {}. One study needs one version: use that one, or begin anew with --out", path.display(), env!("CARGO_PKG_VERSION"))]
+    #[error("the study in {} was begun by sgc {theirs}; this is {}. One study needs one version: use that version, or begin anew with --out", path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The folder.
         path: PathBuf,
@@ -58,7 +58,7 @@ pub enum StudyError {
     },
     /// A grammar, or what it is run with, was changed since the study began.
     #[error(
-        "`{cell}` is not as it was when the study in {} began: {what}. Its runs could not be compared: put it back, or begin anew with --out",
+        "`{cell}` has changed since the study in {} began: {what}. Its runs could not be compared: undo the change, or begin anew with --out",
         path.display()
     )]
     OtherCell {
@@ -71,7 +71,7 @@ pub enum StudyError {
     },
     /// A run of before that the plan knows again, but with another grammar.
     #[error(
-        "{} is a run of before with another text of its grammar, so it could not be compared: move it away, put the grammar back, or begin anew \
+        "{} is an earlier run with another text of its grammar, so it could not be compared: move it away, restore the grammar, or begin anew \
          with --out",
         path.display()
     )]
@@ -88,7 +88,7 @@ pub enum StudyError {
         theirs: String,
     },
     /// A folder with something else in it.
-    #[error("{} holds \"{foreign}\" and no study; choose another folder with --out", path.display())]
+    #[error("{} contains \"{foreign}\", but no study; choose another folder with --out", path.display())]
     Foreign {
         /// The folder.
         path: PathBuf,

@@ -169,7 +169,7 @@ impl StudyFile {
                 && FIELDS.contains(&name.as_str())
             {
                 return wrong(format!(
-                    "`{name}` stands below `[parameters]`, which makes it a parameter of the grammar: move the line above `[parameters]`. A parameter of \
+                    "`{name}` is below `[parameters]`, which makes it a parameter of the grammar: move the line above `[parameters]`. A parameter of \
                      that name cannot be set by a study"
                 ));
             }
@@ -177,7 +177,7 @@ impl StudyFile {
                 && RESERVED.contains(&name.as_str())
             {
                 return wrong(format!(
-                    "a parameter cannot be called `{name}` here: a column of the study's tables is called so; rename it in the \
+                    "a parameter cannot be called `{name}` here: a column of the study's tables has this name; rename the parameter in the \
                      grammar"
                 ));
             }
@@ -270,7 +270,7 @@ impl StudyFile {
                         Err(format!("`seeds = \"{text}\"` runs backwards: write \"{last}..{first}\""))
                     }
                     None => Err(format!(
-                        "`seeds = \"{text}\"` is no range: write \"1..10\", which is ten seeds, or a list such as [1, 2, 7]"
+                        "`seeds = \"{text}\"` is not a range: write \"1..10\", which is ten seeds, or a list such as [1, 2, 7]"
                     )),
                 }
             }

@@ -142,10 +142,10 @@ impl Cell {
             match known(own) {
                 Some(other) if other.sha256 != own.sha256 => {
                     let text = texts.join(&other.file);
-                    return format!("{} was changed (its text so far is {})", own.name, text.display());
+                    return format!("{} was changed (its earlier text is {})", own.name, text.display());
                 }
                 Some(_) => {}
-                None => return format!("it uses {}, which it did not", own.name),
+                None => return format!("it uses {}, which it did not use before", own.name),
             }
         }
         if let Some(gone) =
@@ -154,7 +154,7 @@ impl Cell {
             return format!("it does not use {} any more", gone.name);
         }
         match self.parameters == other.parameters {
-            true => "it is run in another way".to_owned(),
+            true => "it is run with other settings".to_owned(),
             false => "its parameters have other values".to_owned(),
         }
     }

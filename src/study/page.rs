@@ -28,7 +28,7 @@ pub(super) fn page(gathered: &Gathered<'_>) -> String {
         ("matters", "What matters", matters(gathered)),
         ("levels", "Levels", levels(gathered)),
         ("cells", "Cells", cells(gathered)),
-        ("runs", "How far the runs are", runs(gathered)),
+        ("runs", "Progress of the runs", runs(gathered)),
     ];
     let there = || sections.iter().filter(|(_, _, body)| !body.is_empty());
     let ways: String = there().map(|(id, heading, _)| format!("<a href=\"#{id}\">{heading}</a>")).collect();
@@ -43,7 +43,7 @@ pub(super) fn page(gathered: &Gathered<'_>) -> String {
     let note = match open {
         0 => String::new(),
         open => format!(
-            "<p class=\"note\">{open} of {} are not complete: this is how far they are.</p>\n",
+            "<p class=\"note\">{open} of {} are not complete: the page shows their results so far.</p>\n",
             counted(gathered.outcomes.len() as u64, "run")
         ),
     };
@@ -67,14 +67,14 @@ fn matters(gathered: &Gathered<'_>) -> String {
         return paragraph(&said);
     };
     if effects.factors.is_empty() {
-        said.push("Nothing is varied but the seed.".to_owned());
+        said.push("Only the seed is varied.".to_owned());
     }
     for effect in &effects.factors {
         said.push(sentence(gathered, effect));
     }
     if gathered.study.seeds().len() > 1 {
         said.push(format!(
-            "Runs that differ in nothing but the seed make {} of the spread, what factors do together {}.",
+            "Runs that differ only in the seed account for {} of the spread, and interactions of factors for {}.",
             escape(&percent(effects.seeds)),
             escape(&percent(effects.together))
         ));
@@ -97,11 +97,11 @@ fn matters(gathered: &Gathered<'_>) -> String {
     let head = ["factor", "#share of the spread", "highest", "lowest", "#difference (95 % interval)"];
     let table = if rows.is_empty() { String::new() } else { table(&head, &rows) };
     let note = match gathered.study.seeds().len() {
-        1 => "There is one seed, so nothing is known of how much chance there is in these numbers.",
+        1 => "There is only one seed, so it is unknown how much of these numbers is chance.",
         _ => {
-            "Runs with the same seed begin with the same random numbers, so the seeds are the samples: differences are taken between runs that differ in \
+            "Runs with the same seed begin with the same random numbers, so the seeds are the samples: sgc takes the differences between runs that differ in \
              nothing else, seed by seed, and the interval is that of Student's t over the seeds. Of more than two values it is widened for all pairs \
-             (Bonferroni). The shares include chance. Of twenty factors that do nothing, one will seem to do something."
+             (Bonferroni). The shares include chance. Of twenty factors without an effect, one will seem to have an effect."
         }
     };
     let over = match effects.over < gathered.study.seeds().len() {
@@ -262,7 +262,7 @@ fn runs(gathered: &Gathered<'_>) -> String {
     match without.count() {
         0 => {}
         many => said.push(format!(
-            "{} found no robot, and no number of these is in the means.",
+            "{} found no robot, and the means leave these runs out.",
             counted(many as u64, "complete run")
         )),
     }

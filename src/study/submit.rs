@@ -280,7 +280,7 @@ pub fn share(
         return Err(StudyError::Wrong {
             path: list,
             why: format!(
-                "there is no task {task}: {all} runs, {runs_per_task} for each task, are the tasks 0 to {last}"
+                "there is no task {task}: {all} runs, {runs_per_task} for each task, make the tasks 0 to {last}"
             ),
         });
     }

@@ -54,7 +54,7 @@ impl Reasoning<'_> {
             F::Asin | F::Acos
                 if order::is_less(1.0, number(0).low) || order::is_less(number(0).high, -1.0) =>
             {
-                return self.fails(expr, "no angle has such a sine or cosine: it is not within -1 .. 1");
+                return self.fails(expr, "`asin` and `acos` need a number within -1 .. 1");
             }
             F::Asin => number(0).rising(|x| libm::asin(x.clamp(-1.0, 1.0))).widened(),
             F::Acos => Interval::new(0.0, pi).widened(),
@@ -73,7 +73,7 @@ impl Reasoning<'_> {
                 return Abstract::Many(Box::new(first), times);
             }
             F::First | F::Last if first.length().high <= 0.0 => {
-                return self.fails(expr, "an empty list has no such item");
+                return self.fails(expr, "an empty list has no first or last item");
             }
             F::First | F::Last => return first.item(),
             F::Design(DesignFunction::Neighbours | DesignFunction::HangingOn) => {

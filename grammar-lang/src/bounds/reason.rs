@@ -238,10 +238,7 @@ impl<'f> Reasoning<'f> {
                     if !self.facts.is_empty(&kinds) {
                         let (name, kinds) = (name.clone(), kinds.clone());
                         self.lacking.push(Lacking { span, name, kinds });
-                        self.never.push(Never {
-                            span,
-                            reason: "the parts that it is asked of have no such parameter",
-                        });
+                        self.never.push(Never { span, reason: "these parts have no such parameter" });
                     }
                     Abstract::Any
                 }
@@ -306,7 +303,7 @@ impl<'f> Reasoning<'f> {
     fn index(&mut self, expr: &Expr, list: &Expr, index: &Expr) -> Abstract {
         let (list, index) = (self.value(list), self.numbers(index));
         if index.high < 0.0 || index.low >= list.length().high {
-            return self.fails(expr, "no item of the list has this number");
+            return self.fails(expr, "the list has no item with this number");
         }
         if index.low < 0.0 || index.high >= list.length().low {
             self.may_fail();

@@ -182,6 +182,7 @@ codes! {
     SAID_TWICE        "W0742" "said-twice" Warning;
     GIVEN_TO_ONE_KIND "W0743" "given-to-one-kind" Warning;
     BEST_STILL        "W0744" "best-at-rest" Warning;
+    NEVER_APPLIED     "W0745" "rule-never-applied" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

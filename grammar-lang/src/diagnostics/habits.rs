@@ -94,7 +94,7 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("self", NAME, "use the name that `match` gives to the matched part, as in `match p : part`"),
     ("deflate", NAME, "the states of valves are `inflate`, `vent` and `closed`"),
     ("exhaust", NAME, "the states of valves are `inflate`, `vent` and `closed`"),
-    ("never", NAME, "write `false`: with `stop = false` a loop goes on as long as `iterations` says"),
+    ("never", NAME, "write `false`: with `stop = false`, a loop makes all of its `iterations`"),
     ("always", NAME, "write `true`"),
     ("inf", NAME, "no number is infinite: write one that is large enough"),
     // Functions
@@ -151,7 +151,7 @@ const HABITS: &[(&str, Told, &str)] = &[
     (
         "for",
         OPENING,
-        "`for` repeats what a rule does: it stands within `rule NAME { ... }`. To add up over many parts, write `sum over p in part of ...`",
+        "`for` repeats lines of a rule: write it inside `rule NAME { ... }`. To add up over many parts, write `sum over p in part of ...`",
     ),
     (
         "while",
@@ -166,7 +166,7 @@ const HABITS: &[(&str, Told, &str)] = &[
     (
         "if",
         OPENING,
-        "a condition of a rule is written `when n > 3`; what is done only then stands in a block: `if n > 3 { attach cube to q }`",
+        "write a condition of the whole rule as `when n > 3`; put effects that depend on a condition into a block: `if n > 3 { attach cube to q }`",
     ),
     ("else", WORD, "a block has no `else`: write a second block, `if not (CONDITION) { ... }`"),
     ("if", WORD, "write `if CONDITION then A else B`"),
@@ -181,17 +181,21 @@ const HABITS: &[(&str, Told, &str)] = &[
     ),
     // Fields
     ("axis", FIELD, "write the axis in the field `joint`: `joint = bend about y`, `joint = slide along x`"),
-    ("limits", FIELD, "how far a joint may go is its `bend`, or its `range`: `range = -30 deg .. 30 deg`"),
-    ("size", FIELD, "sizes stand in the shape: `shape = box(3 cm, 3 cm, 3 cm)`"),
+    (
+        "limits",
+        FIELD,
+        "the limits of a joint are its `bend` or its `range`, as in `range = -30 deg .. 30 deg`",
+    ),
+    ("size", FIELD, "write sizes in the shape: `shape = box(3 cm, 3 cm, 3 cm)`"),
     (
         "radius",
         FIELD,
-        "sizes stand in the shape, as in `segment = cylinder(6 mm, 12 mm)` or `shape = ball(1 cm)`",
+        "write sizes in the shape, as in `segment = cylinder(6 mm, 12 mm)` or `shape = ball(1 cm)`",
     ),
     (
         "diameter",
         FIELD,
-        "sizes stand in the shape, as a radius: `segment = cylinder(6 mm, 12 mm)`, `shape = ball(1 cm)`",
+        "write sizes in the shape, as a radius: `segment = cylinder(6 mm, 12 mm)`, `shape = ball(1 cm)`",
     ),
     ("weight", FIELD, "write `mass = 12 g`"),
     // Types
@@ -209,11 +213,11 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("str", TYPE, "write `Text`"),
     ("string", TYPE, "write `Text`"),
     // Units
-    ("Nmm", UNIT, "a torque is `N*mm/rad`"),
-    ("Nm", UNIT, "a torque is `N*m/rad`"),
-    ("Ncm", UNIT, "a torque is `N*m/rad`: 1 N cm is `0.01 N*m/rad`"),
-    ("mNm", UNIT, "a torque is `N*m/rad`: 1 mN m is `0.001 N*m/rad`"),
-    ("kgcm", UNIT, "a torque is `N*m/rad`: 1 kg cm is `0.0981 N*m/rad`"),
+    ("Nmm", UNIT, "write a torque in `N*mm/rad`"),
+    ("Nm", UNIT, "write a torque in `N*m/rad`"),
+    ("Ncm", UNIT, "write a torque in `N*m/rad`: 1 N cm is `0.01 N*m/rad`"),
+    ("mNm", UNIT, "write a torque in `N*m/rad`: 1 mN m is `0.001 N*m/rad`"),
+    ("kgcm", UNIT, "write a torque in `N*m/rad`: 1 kg cm is `0.0981 N*m/rad`"),
     ("rpm", UNIT, "1 rpm is `6 deg/s`"),
     ("psi", UNIT, "1 psi is `6.895 kPa`"),
     ("mbar", UNIT, "1 mbar is `0.1 kPa`"),
@@ -388,11 +392,11 @@ fn form(text: &str, place: usize) -> Option<String> {
     }
     if after.starts_with("for ") && matches!(first, "remove" | "replace") {
         return Some(format!(
-            "`{first}` does not repeat: write one for each, or let the rule be applied again"
+            "`{first}` cannot have `for`: write one line for each part, or let the search apply the rule several times"
         ));
     }
     if after.starts_with("for ") && first == "place" {
-        return Some("`place` does not repeat: write one for each part".to_owned());
+        return Some("`place` cannot have `for`: write one line for each part".to_owned());
     }
     let open = |sign: char| before.rsplit('\n').next().is_some_and(|line| line.contains(sign));
     if after.starts_with("for ") && (open('(') || open('[')) {
@@ -450,7 +454,7 @@ fn form(text: &str, place: usize) -> Option<String> {
         && line.matches(" in ").count() > 1
         && after.starts_with(['-', '+'])
     {
-        return Some("the unit is written once, at the end: `maximize travel - fall in cm`".to_owned());
+        return Some("write the unit once, at the end: `maximize travel - fall in cm`".to_owned());
     }
     if first == "use" && line.strip_prefix("use ")?.starts_with(second) && before.trim_end().ends_with("use")
     {

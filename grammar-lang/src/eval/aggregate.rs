@@ -42,7 +42,12 @@ impl Evaluation<'_> {
             Gather::Exists => Value::Bool(gathered.any),
             _ if nothing => match otherwise {
                 Some(value) => self.value(value)?,
-                None => return fail(expr, "there is nothing to gather here; say what then with `otherwise`"),
+                None => {
+                    return fail(
+                        expr,
+                        "there are no values to combine here; give a value for this case with `otherwise`",
+                    );
+                }
             },
             Gather::Mean if is_vector(expr) => {
                 Value::Vector(gathered.vector.map(|x| x / gathered.count as f64))
@@ -57,7 +62,7 @@ impl Evaluation<'_> {
                 if !(0.0..=1.0).contains(&place) {
                     return fail(
                         share,
-                        format!("the share of a quantile is {place}: it must lie within 0 and 1"),
+                        format!("the share of a quantile is {place}: it must lie within 0 .. 1"),
                     );
                 }
                 Value::Number(quantile(&mut gathered.values, place))
@@ -155,7 +160,7 @@ impl Evaluation<'_> {
         let items = self.value(&binder.over)?;
         let items: Vec<Value> = match &items {
             Value::Domain(domain) if domain.count() > MOST => {
-                return fail(&binder.over, format!("these are more than {MOST} values to run over"));
+                return fail(&binder.over, format!("this runs over more than {MOST} values"));
             }
             Value::Domain(domain) => domain.items().collect(),
             list => list.items().to_vec(),

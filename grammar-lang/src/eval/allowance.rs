@@ -15,10 +15,10 @@ const TIMES: u64 = 4;
 const TOGETHER: u64 = 16;
 
 /// The reason for a value that nobody works out any more.
-const SPENT: &str = "with all that is worked out before anything runs, this takes too long; run over fewer values, here or elsewhere";
+const SPENT: &str = "this takes too long, together with the other calculations before the run; run over fewer values, here or elsewhere";
 
 /// The same where it is what several grammars and variants come to.
-const SPENT_TOGETHER: &str = "with all that the grammars and variants of this file work out before anything runs, this takes too long; run over fewer \
+const SPENT_TOGETHER: &str = "this takes too long, together with the other calculations for the grammars and variants of this file; run over fewer \
                               values, here or elsewhere, or declare fewer variants in one file";
 
 /// How many operations the checks of all grammars and variants of a file may still spend together.

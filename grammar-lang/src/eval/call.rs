@@ -77,7 +77,7 @@ impl Evaluation<'_> {
             F::Cos => libm::cos(x),
             F::Tan => libm::tan(x),
             F::Asin | F::Acos if !order::is_within(-1.0, x, 1.0) => {
-                return fail(expr, "no angle has such a sine or cosine: it is not within -1 .. 1");
+                return fail(expr, "`asin` and `acos` need a number within -1 .. 1");
             }
             F::Asin => libm::asin(x.clamp(-1.0, 1.0)),
             F::Acos => libm::acos(x.clamp(-1.0, 1.0)),
@@ -147,7 +147,7 @@ impl Evaluation<'_> {
                 let item = if function == F::First { items.first() } else { items.last() };
                 match item {
                     Some(item) => item.clone(),
-                    None => return fail(expr, "an empty list has no such item"),
+                    None => return fail(expr, "an empty list has no first or last item"),
                 }
             }
             F::Bezier => {

@@ -139,7 +139,7 @@ impl From<'_> {
                 return Err(Unmade {
                     field: "range",
                     reason: format!(
-                        "a row of {} cannot get shorter by {}; half of its length is the most",
+                        "a row of length {} cannot get shorter by {}; the limit is half of its length",
                         shown(length, Dimension::LENGTH),
                         shown(shorter, Dimension::LENGTH)
                     ),
@@ -220,7 +220,7 @@ impl From<'_> {
             _ => None,
         })?;
         if driven && neutral != 0.0 && (neutral < low || neutral > high) {
-            let reason = format!("what is driven rests within its range, and not at {}", {
+            let reason = format!("a driven joint must rest within its range, not at {}", {
                 shown(neutral, kind.position())
             });
             return Err(Unmade { field: "neutral", reason });
@@ -269,7 +269,7 @@ impl From<'_> {
         let unmade = |reason: String| Unmade { field: name, reason };
         let mut locals: Vec<Value> = self.params.iter().cloned().chain(index).collect();
         let value = evaluate(value, self.scope, &mut locals).map_err(|error| unmade(error.reason))?;
-        read(value).ok_or_else(|| unmade("this is no such value".to_owned()))
+        read(value).ok_or_else(|| unmade("this value is not of the right kind".to_owned()))
     }
 
     fn value<T: Clone>(

@@ -175,7 +175,7 @@ impl Evaluation<'_> {
             }
         };
         let reason = format!(
-            "{runs}working it out takes more than {COMBINATIONS} combinations of values, or {} operations; run over fewer values",
+            "{runs}the calculation takes more than {COMBINATIONS} combinations of values, or {} operations; run over fewer values",
             MOST_OPERATIONS
         );
         EvalError { span: expr.span, reason }
@@ -371,7 +371,7 @@ impl Evaluation<'_> {
                     Attribute::Field(field) => {
                         fail(expr, format!("this part is of a kind that has no `{}`", field.text()))
                     }
-                    Attribute::Part(PartAttribute::Port) => fail(expr, "the core hangs on no port"),
+                    Attribute::Part(PartAttribute::Port) => fail(expr, "the core is not attached to a port"),
                     _ => Err(missing(expr)),
                 },
             },

@@ -55,7 +55,7 @@ impl Solid {
             Self::Cylinder => "cylinder(radius, length), its axis along x.",
             Self::Disk => "disk(radius, height), its axis upright.",
             Self::Capsule => {
-                "capsule(radius, length): a cylinder along x with half balls for ends, which its length includes."
+                "capsule(radius, length): a cylinder along x with hemispherical ends; its length includes these ends."
             }
         }
     }

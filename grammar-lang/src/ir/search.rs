@@ -278,9 +278,9 @@ impl<'a> SearchMethod<'a> {
     pub fn about(self) -> &'static str {
         match self {
             Self::Annealing(_) => "annealing",
-            Self::Archive(_) => "the best of each kind is kept",
-            Self::Population(_) => "the best bodies are kept, and go on",
-            Self::Front(_) => "the designs are kept that no other is better than in every objective",
+            Self::Archive(_) => "the best design of each kind is kept",
+            Self::Population(_) => "the best bodies are kept and changed further",
+            Self::Front(_) => "the designs that no other design beats in every objective are kept",
             Self::CmaEs(_) => "evolution of a normal distribution (CMA-ES)",
             Self::ActorCritic(_) => "soft actor-critic learning of a policy",
             Self::QLearning(_) => "double Q-learning of a policy",

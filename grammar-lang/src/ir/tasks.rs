@@ -107,7 +107,7 @@ const MOST_STEPS: f64 = 1e6;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UnfitStep {
     /// Hinges need shorter ones.
-    #[error("a step of hinges must be at most 1/60 s: longer ones have no truth in them")]
+    #[error("the step of a model with hinges must be at most 1/60 s: longer steps give wrong motions")]
     OfHinges,
     /// It is longer than the time between two samples of the drive.
     #[error("`step` must not be longer than `control`, the time between two samples of a curve")]

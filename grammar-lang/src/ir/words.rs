@@ -79,7 +79,7 @@ words! {
         Chain "chain" "The number of an annealing chain, from 0.";
         Spread "spread" "The standard deviation of the samples, as a share of the ranges.";
         Tuned "tuned" "How often the curves of this body were tuned before.";
-        Parent "parent" "The value of the design that this one was made of.";
+        Parent "parent" "The value of the design from which this one was made.";
         Spent "spent" "The share of its evaluations that the run has spent.";
     }
 }
@@ -96,14 +96,14 @@ words! {
 words! {
     /// Built-in functions.
     Function {
-        Abs "abs" "The size without the sign.";
+        Abs "abs" "The absolute value.";
         Min "min" "The least of several values.";
         Max "max" "The greatest of several values.";
-        Clamp "clamp" "clamp(x, low, high): x, or the end that it is beyond.";
-        Floor "floor" "The next whole number below.";
-        Ceil "ceil" "The next whole number above.";
+        Clamp "clamp" "clamp(x, low, high): x, limited to the range from low to high.";
+        Floor "floor" "Rounds down to a whole number.";
+        Ceil "ceil" "Rounds up to a whole number.";
         Round "round" "The nearest whole number.";
-        Fraction "fraction" "What is left of a number after floor.";
+        Fraction "fraction" "The fractional part: a number minus its floor.";
         Sqrt "sqrt" "The square root.";
         Exp "exp" "The exponential of a number.";
         Ln "ln" "The natural logarithm of a number.";
@@ -115,15 +115,15 @@ words! {
         Atan2 "atan2" "atan2(y, x): the angle from the direction of x to that of y, -180 deg to 180 deg.";
         Arc "arc" "arc(radius, angle): the length of an arc.";
         Length "length" "The length of a vector.";
-        Horizontal "horizontal" "The length of a vector's part along the ground.";
+        Horizontal "horizontal" "The length of the horizontal part of a vector.";
         Height "height" "The vertical part of a vector.";
         Vector "vector" "vector(x, y, z), with y up.";
         Angle "angle" "angle(a, b): the angle of the rotation from a to b.";
         Heading "heading" "heading(rotation): where x points along the ground, seen from above; left of forward is positive.";
         Bearing "bearing" "bearing(vector): where a vector points along the ground, seen from above; left of forward is positive.";
         Inclination "inclination" "inclination(rotation): how far the y axis leans from the vertical, 0 deg to 180 deg.";
-        Rotated "rotated" "rotated(vector, rotation): a vector of a body's own frame in the axes of the world, if that is the body's rotation.";
-        Inverse "inverse" "inverse(rotation): the rotation back.";
+        Rotated "rotated" "rotated(vector, rotation): turns a vector by a rotation, such as from the frame of a body into the axes of the world.";
+        Inverse "inverse" "inverse(rotation): the opposite rotation.";
         Wrap "wrap" "wrap(angle): the same direction within -180 deg .. 180 deg.";
         Count "count" "How many parts of a kind, or items of a list, there are.";
         Each "each" "each(list, n): every item n times in a row.";
@@ -162,7 +162,7 @@ words! {
         Depth "depth" "How many joints lie between it and the core.";
         Mass "mass" "Its mass.";
         Holder "holder" "The part that holds it; the core holds itself.";
-        Port "port" "The port of its holder that it hangs on; the core has none.";
+        Port "port" "The port that it is attached to; the core has none.";
         Twin "twin" "Its first image, or itself.";
         Place "place" "Where its frame is in the body as it is attached: the centre of a block, the base of an actuator, from the centre of the core.";
         Facing "facing" "The direction in which its x axis points (of a block its front, of an actuator its tip), in the frame of the core.";
@@ -177,12 +177,12 @@ words! {
         LeastCorner "least_corner" "The corner of its bounding box with the least coordinates as a motion begins, in the frame of the core.";
         GreatestCorner "greatest_corner" "The corner of its bounding box with the greatest coordinates as a motion begins, in the frame of the core.";
         LowestPoint "lowest_point" "The height of its lowest point as a motion begins, from the centre of the core.";
-        LeastBend "least_bend" "Of what bends or twists: the low end of its range.";
-        GreatestBend "greatest_bend" "Of what bends or twists: the high end of its range.";
-        LeastDistance "least_distance" "Of what slides: the low end of its range.";
-        GreatestDistance "greatest_distance" "Of what slides: the high end of its range.";
-        NeutralBend "neutral_bend" "Of what bends or twists: where it rests, its `neutral`.";
-        NeutralDistance "neutral_distance" "Of what slides: where it rests, its `neutral`.";
+        LeastBend "least_bend" "Of a part with a joint that bends or twists: the lower end of its range.";
+        GreatestBend "greatest_bend" "Of a part with a joint that bends or twists: the upper end of its range.";
+        LeastDistance "least_distance" "Of a part with a joint that slides: the lower end of its range.";
+        GreatestDistance "greatest_distance" "Of a part with a joint that slides: the upper end of its range.";
+        NeutralBend "neutral_bend" "Of a part with a joint that bends or twists: its rest position, `neutral`.";
+        NeutralDistance "neutral_distance" "Of a part with a joint that slides: its rest position, `neutral`.";
         GreatestSpeed "greatest_speed" "Of an actuator that spins: how fast it can turn.";
         Work "work" "Of an actuator: the mechanical work that it did in the motion.";
     }
@@ -192,8 +192,8 @@ words! {
     /// Fields of kinds that can be read of their parts. What one is of depends on the joint.
     KindField {
         Friction "friction" "The friction coefficient of its surface.";
-        Stiffness "stiffness" "Of what has a joint that does not spin: the stiffness of each joint.";
-        Damping "damping" "Of what has a joint: the damping of each joint.";
+        Stiffness "stiffness" "Of a part with a joint that does not spin: the stiffness of each joint.";
+        Damping "damping" "Of a part with a joint: the damping of each joint.";
         Torque "torque" "Of an actuator that bends: the greatest torque at each joint.";
         Effort "effort" "Of an actuator that twists, slides or spins: the greatest torque or force at each joint.";
     }
@@ -243,8 +243,8 @@ words! {
     /// What the recorded motion says of an element as a whole.
     ElementAttribute {
         Size "size" "Its greatest extent.";
-        Path "path" "How far it went along the ground while it touched it.";
-        Slid "slid" "How far it slid.";
+        Path "path" "The distance that it moved along the ground while it touched the ground.";
+        Slid "slid" "The distance that it slid.";
         Yaw "yaw" "The angle by which it turned about the vertical; to the left is positive.";
         Touching "touching" "For how long it touched the ground.";
         Sliding "sliding" "For how long it slid.";
@@ -261,12 +261,12 @@ words! {
         Lowest "lowest" "How high its lowest point is.";
         Velocity "velocity" "In a sensor: how fast its centre moves.";
         AngularVelocity "angular_velocity" "In a sensor: how fast it turns, as a vector along the axis of the turn.";
-        Load "load" "In a sensor: the force with which the ground carries it, of a part that of all its elements together.";
-        Angle "angle" "In a sensor: how far a row is bent or twisted, from base to tip, or the joint that a part hangs on has turned.";
-        AngleRate "angle_rate" "In a sensor: how fast that angle grows.";
-        Distance "distance" "In a sensor: how far a row that slides has slid, from base to tip, or the joint that a part hangs on.";
-        DistanceRate "distance_rate" "In a sensor: how fast that distance grows.";
-        Speed "speed" "In a sensor: how fast what spins turns.";
+        Load "load" "In a sensor: the force with which the ground supports it; for a part, the sum over its elements.";
+        Angle "angle" "In a sensor: the angle by which a row is bent or twisted from base to tip, or by which the joint of a part has turned.";
+        AngleRate "angle_rate" "In a sensor: the rate of change of that angle.";
+        Distance "distance" "In a sensor: the distance by which a row has slid from base to tip, or by which the joint of a part has slid.";
+        DistanceRate "distance_rate" "In a sensor: the rate of change of that distance.";
+        Speed "speed" "In a sensor: the angular speed of a joint that spins.";
     }
 }
 

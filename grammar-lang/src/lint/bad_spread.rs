@@ -3,7 +3,8 @@
 
 use crate::bounds::{Interval, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Choice, Expr, ExprKind, Kernel, Spread, Ty};
+use crate::ir::{Choice, Expr, ExprKind, Kernel, Spread, Ty, Variable};
+use crate::units::shown;
 
 use super::known::Known;
 
@@ -17,7 +18,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         findings.extend(asks.probability(&variable.mutation.probability));
         findings.extend(match &variable.mutation.kernel {
             Kernel::Flip => None,
-            Kernel::Normal(_, deviation) => asks.deviation(deviation),
+            Kernel::Normal(_, deviation) => {
+                asks.deviation(deviation).or_else(|| asks.beyond(variable, deviation))
+            }
             Kernel::Uniform(low, high) => asks.ends(low, high),
         });
     }
@@ -72,6 +75,21 @@ impl Asks<'_> {
             Diagnostic::new(Code::BAD_SPREAD, deviation.span, "a deviation cannot be negative")
                 .label("always below zero")
                 .help("the second number of `normal` is the deviation: write it without the minus sign")
+        })
+    }
+
+    /// A deviation that is larger than the whole domain, whatever the search does: nearly every change ends at an end of it.
+    fn beyond(&mut self, variable: &Variable, deviation: &Expr) -> Option<Diagnostic> {
+        let (least, width) = (self.numbers(deviation).low, variable.domain.1 - variable.domain.0);
+        let dimension = variable.ty.dimension()?;
+        (width > 0.0 && least > width * (1.0 + 1e-9)).then(|| {
+            Diagnostic::new(
+                Code::UNUSUAL,
+                deviation.span,
+                format!("a change of `{}` is mostly larger than its whole domain", variable.name),
+            )
+            .label(format!("the domain is only {} wide", shown(width, dimension)))
+            .help("write a smaller deviation, such as a fifth of the domain")
         })
     }
 
@@ -133,5 +151,5 @@ fn never(choice: &Choice, place: &Expr, why: &str) -> Diagnostic {
     Diagnostic::new(Code::BAD_SPREAD, place.span, format!("no value of `{}` is ever drawn", choice.name))
         .label(why)
         .also(choice.domain.span, "the domain")
-        .help("let the distribution reach into the domain")
+        .help("choose a distribution that overlaps the domain")
 }

@@ -112,9 +112,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 fn tried(actuation: &Actuation, share: f64) -> &'static str {
     match share {
         _ if actuation.variables.is_empty() => "",
-        0.0 => ", where all that it varies is least",
-        1.0 => ", where all that it varies is greatest",
-        _ => ", where all that it varies is in the middle of its domain",
+        0.0 => ", with all varied values at the low ends of their domains",
+        1.0 => ", with all varied values at the high ends of their domains",
+        _ => ", with all varied values in the middle of their domains",
     }
 }
 

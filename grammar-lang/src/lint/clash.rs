@@ -105,7 +105,7 @@ fn report(clash: &[&Requirement]) -> Diagnostic {
     if clash.len() < 2 {
         return Diagnostic::new(Code::CONSTANT_REQUIRE, span, format!("{} never holds", listed(clash)))
             .label("false for every design")
-            .help("no design can have so many, or so few, of these parts: relax the requirement");
+            .help("no design can have this number of these parts: relax the requirement");
     }
     let message = match clash.len() {
         2 => format!("{} cannot both hold", listed(clash)),

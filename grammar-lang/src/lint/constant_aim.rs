@@ -29,8 +29,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     objective.value.span,
                     "this objective has only two values",
                 )
-                .label("nothing leads a search from one to the other")
-                .help("let it grow with what you want more of, as in `maximize travel in cm`"),
+                .label("there are no values between them to guide a search")
+                .help("use a quantity with many possible values, as in `maximize travel in cm`"),
             );
             continue;
         }
@@ -41,7 +41,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     objective.value.span,
                     "this objective reads only the start of the motion",
                 )
-                .label("whatever the body does, it stays the same")
+                .label("it has the same value for every motion")
                 .help("read what changes, such as `e.position at end`"),
             );
             continue;
@@ -69,7 +69,7 @@ fn constant_rewards(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
                     reward.span,
                     "this reward does not depend on the decisions",
                 )
-                .label("whatever the policy decides, it stays the same")
+                .label("it has the same value for every decision")
                 .help("read the present, as in `(first(elements).velocity at now).x / (5 cm/s)`"),
             );
         }

@@ -53,7 +53,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Diagnostic::new(Code::CONSTANT_IF, span, "both branches of this `if` are the same")
                 .label("the same value, whatever the condition")
                 .also(otherwise, "the same value again")
-                .help("write only the value, or change one of the two"),
+                .help("write only the value, or change one of the two branches"),
         );
     }
 }

@@ -13,7 +13,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     Diagnostic::new(
                         Code::EMPTY_DOMAIN,
                         choice.domain.span,
-                        format!("`{}` has nothing to choose from, whatever the design", choice.name),
+                        format!("`{}` has nothing to choose from in any design", choice.name),
                     )
                     .label("always empty")
                     .help("write the lower end first"),

@@ -28,7 +28,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         format!("there are {count} ports `{name}`, and this is the first of them"),
                     )
                     .label(format!("`{name}[0]`"))
-                    .help(format!("say which with its number, `{name}[0]`; to ask whether a port q is any of them, write `q is {name}`")),
+                    .help(format!("write the number of the port, as in `{name}[0]`; to ask whether a port q is any of them, write `q is {name}`")),
                 );
             }
         }

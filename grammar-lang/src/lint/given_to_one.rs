@@ -40,7 +40,7 @@ fn given_to_one(expr: &Expr, ruleset: &RuleSet) -> Option<Diagnostic> {
         )
         .label(format!("no `{param}` is given"))
         .also(*there, format!("only `{to}` is given one"))
-        .help(format!("write `{kind}({param} = ...)`, with the default if that is meant: arguments belong to the kind before them")),
+        .help(format!("write `{kind}({param} = ...)`, with its default value if you mean that: arguments apply only to the kind directly before them")),
     )
 }
 

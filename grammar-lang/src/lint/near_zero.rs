@@ -44,7 +44,7 @@ fn zero(actuation: &Actuation, divisor: &Expr) -> Option<Diagnostic> {
             divisor.span,
             format!("this divides by `{}`, which may be zero", variable.name),
         )
-        .label(format!("anything within {range}"))
+        .label(format!("its value lies within {range}"))
         .also(variable.span, "declared here")
         .help("begin its domain above zero: an evaluation that divides by zero has no value, and near zero the quotient is huge"),
     )

@@ -21,16 +21,20 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     let span = first(&objective.value, &is_it).unwrap_or(objective.value.span);
                     (span, format!("`{term}` builds on rotations"))
                 }
-                None => (read, "it builds on a rotation".to_owned()),
+                None => (read, "this builds on a rotation".to_owned()),
             };
             if told.insert(span) {
                 findings.push(
-                    Diagnostic::new(Code::CONSTANT_AIM, span, format!("balls do not turn, but {what}"))
-                        .label("all rotations are zero with `method = balls`")
-                        .help(
-                            "compare the places of two elements: `bearing((last(elements).position at end) - \
+                    Diagnostic::new(
+                        Code::CONSTANT_AIM,
+                        span,
+                        format!("a model of balls has no rotations, but {what}"),
+                    )
+                    .label("all rotations are zero with `method = balls`")
+                    .help(
+                        "compare the places of two elements: `bearing((last(elements).position at end) - \
                              (first(elements).position at end))`",
-                        ),
+                    ),
                 );
             }
         }

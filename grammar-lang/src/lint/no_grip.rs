@@ -26,7 +26,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         findings.push(
             Diagnostic::new(Code::NO_GRIP, place, "no part of a robot has friction: it cannot push off the ground")
                 .label("slides as on ice, like all other parts")
-                .help("measure the friction on a board that you tilt: at the angle at which the part begins to slide, it is `tan(angle)`"),
+                .help("measure the friction on a board that you tilt: the friction is `tan(angle)`, where `angle` is the tilt at which the part begins to slide"),
         );
     }
 }
@@ -47,7 +47,7 @@ pub(super) fn slopes(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 format!("on a slope of {} all robots of this grammar slide", angle(slope)),
             )
             .label(format!(
-                "with the greatest friction here, they can stand on a slope of at most {}",
+                "with the greatest friction here, robots can stand on a slope of at most {}",
                 angle(libm::atan(grip))
             ))
             .help("is the unit of `slope` right? Make it less steep, or give the parts more friction"),

@@ -32,12 +32,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for never in all {
         if told.insert(never.span) {
             findings.push(
-                Diagnostic::new(
-                    Code::NO_POSSIBLE_VALUE,
-                    never.span,
-                    "this has no value, whatever the design",
-                )
-                .label(never.reason),
+                Diagnostic::new(Code::NO_POSSIBLE_VALUE, never.span, "this has no value for any design")
+                    .label(never.reason),
             );
         }
     }

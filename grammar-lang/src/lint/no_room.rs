@@ -53,7 +53,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         });
         if let Some((kind, requirement)) = vain {
             let what = format!("one more `{kind}` than the initial design has");
-            findings.extend(report(&[requirement], rule, &what, "no design with one more fulfils this"));
+            findings.extend(report(&[requirement], rule, &what, "no design with one more can fulfil this"));
         }
     }
 }

@@ -26,7 +26,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 selection.tournament.span,
                 "this tournament draws more designs than the search keeps",
                 &format!("it keeps at most {}", size.high),
-                "write a smaller number, such as 4: it gives designs that are not the best a chance, too",
+                "write a smaller number, such as 4: designs other than the best then have a chance, too",
             ));
         }
     }
@@ -64,7 +64,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             findings.extend(fixed.map(|kind| {
                 told(
                     kind.value.span,
-                    "every design has the same kind",
+                    "every design belongs to the same kind",
                     "always the same value",
                     "describe what differs from design to design, such as `count(part)`",
                 )
@@ -147,7 +147,7 @@ fn looks_back_too_far(known: &Known<'_>, schedule: &Schedule) -> Option<Diagnost
     found.map(|span| {
         told(
             span,
-            "this looks back over more iterations than there are",
+            "this looks back over more iterations than the search makes",
             &format!("there are {}", iterations.high),
             "write a smaller number, such as `gain(20)`, to ask what the last iterations gained",
         )

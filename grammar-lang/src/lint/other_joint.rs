@@ -56,12 +56,13 @@ fn sensors(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             let track = track.text();
             let (message, help) = match joint.map(|joint| joint.kind) {
                 None => (
-                    format!("`{kind}` hangs on no joint, so it has no `{track}`"),
-                    "measure what has a joint, or how the part moves, as in `p.velocity at now`".to_owned(),
+                    format!("`{kind}` has no joint, so it has no `{track}`"),
+                    "measure a part that has a joint, or the motion of this part, as in `p.velocity at now`"
+                        .to_owned(),
                 ),
                 Some(JointKind::Socket) => (
                     format!("`{kind}` turns about three axes, so it has no `{track}`"),
-                    "measure how the part lies, as in `p.rotation at now`".to_owned(),
+                    "measure the orientation of the part, as in `p.rotation at now`".to_owned(),
                 ),
                 Some(joint) => {
                     let have = match joint {
@@ -70,7 +71,10 @@ fn sensors(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         _ => "`angle` and `angle_rate`",
                     };
                     let does = joint.does();
-                    (format!("`{kind}` {does}, so it has no `{track}`"), format!("what {does} has {have}"))
+                    (
+                        format!("`{kind}` {does}, so it has no `{track}`"),
+                        format!("a joint that {does} has {have}"),
+                    )
                 }
             };
             findings.push(
@@ -128,5 +132,5 @@ fn lacks(expr: &Expr, joint: JointKind) -> Option<String> {
             | PartAttribute::GreatestSpeed
     );
     let names = have.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    (of_joints && !have.contains(&asked.text())).then(|| format!("what {} has {names}", joint.does()))
+    (of_joints && !have.contains(&asked.text())).then(|| format!("a joint that {} has {names}", joint.does()))
 }

@@ -29,13 +29,13 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         range(bend)
                     ),
                 )
-                .label("its servos or its table reach no further")
+                .label("the limit of its servos or of its table")
                 .also(actuator.span, "this actuator may bend further")
                 .help(format!(
-                    "set `{}.bend = {}`, or {}",
+                    "{}; or set `{}.bend = {}`",
+                    mends(threads, bend).join(", and "),
                     target.kind,
-                    range((low, high)),
-                    mends(threads, bend).join(", and ")
+                    range((low, high))
                 )),
             );
         }

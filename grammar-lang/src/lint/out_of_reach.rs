@@ -24,7 +24,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     format!("no derivation can ever apply the rule `{}`", rule.name),
                 )
                 .label(reach.why(blocked))
-                .help("add a rule that starts from what `begin` places"),
+                .help("add a rule that leads from the initial design to this rule"),
             );
         }
     }
@@ -203,7 +203,7 @@ impl<'k, 'r> Reach<'k, 'r> {
         let names = self.known.facts.names(&blocked.kinds);
         let listed = |names: &[&str]| names.join("` or `");
         match blocked.needs.first() {
-            Some(Need::Step) => "there is never a step to match".to_owned(),
+            Some(Need::Step) => "there is never a step that this rule can match".to_owned(),
             Some(Need::Port(_)) => {
                 let there = |kind: &&str| self.there.contains(&Need::Part(Group::Kind((*kind).to_owned())));
                 let names: Vec<&str> = names.into_iter().filter(there).collect();

@@ -93,7 +93,7 @@ fn report(term: Option<&str>, (task, period): (&Task, Option<f64>), place: Span,
         None => format!("{within}, this has nothing to run over"),
     };
     Diagnostic::new(Code::SETTLES_LATE, place, message)
-        .label("its value is then the one after `otherwise`")
+        .label("this then has the value after `otherwise`")
         .also(over, "this range is empty")
         .help("simulate for longer, choose shorter periods, or use a term that has a value in a short motion")
 }

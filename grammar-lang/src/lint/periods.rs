@@ -45,6 +45,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
         }
     }
+    for finding in ruleset.tasks.values().filter_map(|task| decides_once(known, task)) {
+        if told.insert(finding.span()) {
+            findings.push(finding);
+        }
+    }
     for actuated in known.actuated() {
         if let Some(finding) = cannot_follow(known, &actuated)
             && told.insert(finding.span())
@@ -52,6 +57,27 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             findings.push(finding);
         }
     }
+}
+
+/// A policy that decides only once in a motion.
+fn decides_once(known: &Known<'_>, task: &Task) -> Option<Diagnostic> {
+    let ruleset = known.ruleset;
+    let actuations = task.actuated.values().filter_map(|name| ruleset.actuations.get(name));
+    let mut policies = actuations.flat_map(|actuation| &actuation.actions).map(|action| &action.policy);
+    policies.find_map(|name| {
+        let policy = ruleset.policies.get(name)?;
+        let every = policy.every.filter(|every| *every >= task.model.duration)?;
+        let time = |x: f64| shown(x, Dimension::TIME);
+        Some(
+            Diagnostic::new(
+                Code::UNUSUAL,
+                policy.span,
+                format!("`{name}` decides only once in a motion of {}", time(task.model.duration)),
+            )
+            .label(format!("it decides every {}", time(every)))
+            .help("is the unit right? Write for example `every = 0.3 s`"),
+        )
+    })
 }
 
 /// An actuator that is so slow that it hardly moves in the longest period.

@@ -30,7 +30,7 @@ fn repeated(effect: &Effect, findings: &mut Vec<Diagnostic>) {
         if !is_once && is_fixed && !reads(&on.port, first) {
             findings.push(
                 Diagnostic::new(Code::POINTLESS, on.port.span, "each repetition attaches to the same port")
-                    .label("taken after the first one")
+                    .label("the first repetition takes this port")
                     .help("let the port depend on what `for` runs over: `b.side[i]` in `for i in 0 .. 5`"),
             );
         }

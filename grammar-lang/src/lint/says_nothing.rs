@@ -35,7 +35,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let required = rules.requirements.iter().map(|r| (&r.because, r.condition.span));
     for (because, place) in required.chain(rules.preferences.iter().map(|p| (&p.because, p.condition.span))) {
         if because.as_ref().is_some_and(|text| text.trim().is_empty()) {
-            told(place, "this reason is empty", "`because` gives none", "say why, or leave `because` out");
+            told(place, "this reason is empty", "no text after `because`", "say why, or leave `because` out");
         }
     }
     for rule in &rules.rules {

@@ -28,12 +28,20 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     format!("`{name}` moves its actuators to one position and keeps them there"),
                 )
                 .label("does not read the time")
-                .help("let it read `t`, as in `swing * sin(t / period * 360 deg)`; if the position is meant to be fixed, say `allow W0738 because \"...\"` in the actuation"),
+                .help("let it read `t`, as in `swing * sin(t / period * 360 deg)`; if the position is meant to be fixed, write `allow W0738 because \"...\"` in the actuation"),
             );
         }
     }
     for actuation in known.ruleset.actuations.values().filter(|actuation| actuation.drive.ty == Ty::Valves) {
         let inflates = |expr: &Expr| expr.any(&mut |e| e.kind == ExprKind::Word(Word::Inflate));
+        let vents = |expr: &Expr| expr.any(&mut |e| e.kind == ExprKind::Word(Word::Vent));
+        if actuation.values().any(inflates) && !actuation.values().any(vents) {
+            findings.push(
+                Diagnostic::new(Code::STILL_DRIVE, actuation.drive.span, "no valve ever lets air out")
+                    .label("without `vent` what is bent stays bent")
+                    .help("write a cycle such as `cycle(period, share, [inflate, closed, vent, closed], phase)`"),
+            );
+        }
         if !actuation.values().any(inflates) {
             findings.push(
                 Diagnostic::new(Code::STILL_DRIVE, actuation.drive.span, "no valve ever lets air in")
@@ -66,9 +74,13 @@ pub(super) fn grows(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
         } else if asked.is_finite() && asked.high > GROWS {
             findings.push(
-                Diagnostic::new(Code::UNUSUAL, actuation.drive.span, "no soft material strains so far")
-                    .label(format!("up to {:.0} %", 100.0 * asked.high))
-                    .help("is a percent sign missing? Write for example `20 % * sin(t / period * 360 deg)`"),
+                Diagnostic::new(
+                    Code::UNUSUAL,
+                    actuation.drive.span,
+                    "no soft material can be strained this far",
+                )
+                .label(format!("up to {:.0} %", 100.0 * asked.high))
+                .help("is a percent sign missing? Write for example `20 % * sin(t / period * 360 deg)`"),
             );
         }
     }

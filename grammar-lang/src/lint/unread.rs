@@ -41,7 +41,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         } else {
             "in a `where`".to_owned()
         };
-        findings.push(Diagnostic::new(Code::UNUSED, span, message).label("makes no difference").help(format!(
+        findings.push(Diagnostic::new(Code::UNUSED, span, message).label("this has no effect").help(format!(
             "read it where it should matter, as in a field of `{kind}`, {per} or in a `require`; or do not set it"
         )));
     }

@@ -18,7 +18,17 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let parts = rules.parts.iter().map(|(name, part)| (name, Kind::Block(part)));
     let actuators = rules.actuators.iter().map(|(name, actuator)| (name, Kind::Actuator(actuator)));
     for (name, kind) in parts.chain(actuators) {
+        let weight = match kind {
+            Kind::Block(part) => Some(&part.mass),
+            Kind::Actuator(actuator) => Some(&actuator.mass),
+            Kind::Cell(_) => None,
+        };
+        let one_mass = weight.is_some_and(|own| own.field() == "mass" && own.varies().is_none());
         for (field, expr) in kind.varying() {
+            // What weighs the same in every size is told where its size varies.
+            if !one_mass && matches!(field, "shape" | "segment") {
+                continue;
+            }
             let odd = made(known, kind).find_map(|(given, made)| {
                 let (value, usual) = unusual(field, &made.ok()?, joint_of(kind))?;
                 Some((given, value, usual))
@@ -37,9 +47,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 fn unusual(field: &str, made: &Made, joint: JointKind) -> Option<(f64, &'static Usual)> {
     let density = |mass: f64, form: &Form| mass / form.shape.volume();
     let (of, field, value) = match (made, field) {
-        (Made::Block(block), "mass" | "density") => ("a part", "density", density(block.mass, &block.form)),
+        (Made::Block(block), "shape" | "mass" | "density") => {
+            ("a part", "density", density(block.mass, &block.form))
+        }
         (Made::Block(block), "friction") => ("a part", "friction", block.friction),
-        (Made::Actuator(own), "mass" | "density") => {
+        (Made::Actuator(own), "segment" | "mass" | "density") => {
             ("an actuator", "density", density(own.mass, &own.segment))
         }
         (Made::Actuator(own), "friction") => ("an actuator", "friction", own.friction),

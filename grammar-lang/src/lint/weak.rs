@@ -80,7 +80,7 @@ fn never_reached(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         if pushes < REACHED * torque {
             let shown = |x: f64| shown(x, Dimension::TORQUE);
             findings.push(
-                Diagnostic::new(Code::WEAK, actuator.span, format!("`{name}` never pushes with its `torque`"))
+                Diagnostic::new(Code::WEAK, actuator.span, format!("`{name}` never reaches its `torque`"))
                     .label(format!(
                         "`torque` is {}; with {segments} segments that are held at one end of the bend and driven to the other, a hinge pushes with {}",
                         shown(torque),

@@ -369,7 +369,7 @@ impl Loading<'_> {
                 Diagnostic::new(
                     Code::TOO_DEEP,
                     module.span,
-                    format!("files import each other more than {DEEPEST} deep"),
+                    format!("a chain of imports is more than {DEEPEST} files long"),
                 )
                 .label("too deep")
                 .help("import what is needed from the file that declares it"),
@@ -429,7 +429,7 @@ impl Loading<'_> {
             if first != name.span {
                 error = error.also(first, "first imported here");
             }
-            self.errors.push(error.label("again").help("take one of the two out"));
+            self.errors.push(error.label("again").help("remove one of the two imports"));
         }
     }
 

@@ -57,7 +57,7 @@ pub(super) fn resolve(loading: &mut Loading<'_>, wanted: Option<&str>) {
                             format!("more than {DEEPEST} variants build on each other"),
                         )
                         .label("one more")
-                        .help("write what several of them say into one"),
+                        .help("merge the edits of several variants into one"),
                     );
                     return;
                 }
@@ -84,7 +84,9 @@ pub(super) fn resolve(loading: &mut Loading<'_>, wanted: Option<&str>) {
                 format!("the variant `{}` changes nothing", variant.name.text),
             )
             .label("has no edits")
-            .help("say what differs, as in `set hinge_model.ground_friction = 0.5`, or run the base itself"),
+            .help(
+                "write what differs, as in `set hinge_model.ground_friction = 0.5`, or run the base itself",
+            ),
         );
     }
     loading.program.name = Some(chain.first().map_or(name, |(_, v)| v.name.clone()));
@@ -412,7 +414,7 @@ fn find(loading: &mut Loading<'_>, module: usize, name: &Name) -> Option<Declara
             )
             .label("nothing to change")
             .also(place, "dropped here")
-            .help("`add` it again as it should be, or do not drop it there"),
+            .help("`add` a new version of it, or remove the `drop` there"),
         );
         return None;
     }
@@ -518,7 +520,7 @@ fn replace(loading: &mut Loading<'_>, module: usize, item: &Item, taking_part: &
                     span,
                     format!("`{text}` is another kind of declaration in the base"),
                 )
-                .label("not what it replaces")
+                .label("not the same kind")
                 .help("give it another name and `add` it");
                 if let Some(place) = place {
                     error = error.also(place, "the one in the base");
@@ -632,7 +634,7 @@ fn misplaced(loading: &mut Loading<'_>, item: &Item) -> bool {
         _ => return false,
     };
     loading.errors.push(
-        Diagnostic::new(Code::BAD_VALUE, item.span, "this cannot stand inside a variant")
+        Diagnostic::new(Code::BAD_VALUE, item.span, "this cannot be inside a variant")
             .label("not a part of a grammar")
             .help(help),
     );

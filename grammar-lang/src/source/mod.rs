@@ -173,7 +173,7 @@ pub enum NoModule {
     #[error("there is no such file")]
     NoFile,
     /// This user may not read the file.
-    #[error("it is there, but may not be read")]
+    #[error("the file exists, but you have no permission to read it")]
     NotPermitted,
     /// The file cannot be read for another reason.
     #[error(transparent)]

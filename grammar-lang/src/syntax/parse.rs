@@ -109,7 +109,7 @@ fn scanned(text: &str, file: FileId) -> Result<Scan<'_>, Box<Diagnostic>> {
         let length = text.get(place..).and_then(|t| t.chars().next()).map_or(1, char::len_utf8);
         return Err(Box::new(
             refuse(Code::NOT_TEXT, place, place + length, "this file is not text")
-                .label("the first byte that no text has")
+                .label("the first byte that is not text")
                 .help("a grammar is a plain text file in UTF-8: save it again with that encoding"),
         ));
     }
@@ -121,7 +121,7 @@ fn scanned(text: &str, file: FileId) -> Result<Scan<'_>, Box<Diagnostic>> {
                 Code::NOT_TEXT,
                 over.start,
                 over.end(),
-                "this file has more than 4 million words and signs",
+                "this file has more than 4 million words and symbols",
             )
             .help("a grammar has a few thousand; is this the right file?"),
         ));
@@ -256,7 +256,7 @@ mod tests {
             let found = errors(&text(3000));
             assert_eq!(found.len(), 1001, "{line}");
             let last = found.last().unwrap();
-            assert!(last.message.contains("the rest is not looked at"), "{}", last.message);
+            assert!(last.message.contains("the rest was not checked"), "{}", last.message);
             assert_eq!(last.span().range().start, head.len() + 1000 * line.len());
         }
     }

@@ -30,7 +30,8 @@ impl Found {
             self.is_given_up = true;
             // What the rest declares is not known.
             self.module.headless = true;
-            let message = format!("{MOST_ERRORS} errors precede this: the rest is not looked at");
+            let message =
+                format!("there are {MOST_ERRORS} errors before this place: the rest was not checked");
             let error = Diagnostic::new(Code::SYNTAX, Span { end: rest.start, ..rest }, message);
             self.errors.push(error.help("is this a grammar?"));
         }

@@ -340,9 +340,9 @@ fn no_clause(word: &str, start: usize, words: &[&str], block: &str, file: FileId
         .help(
             did_you_mean(word, words.iter().copied())
                 .or_else(|| {
-                    ITEM_WORDS.contains(&word).then(|| {
-                        format!("`{word}` is a declaration: it stands outside of `{block} {{ ... }}`")
-                    })
+                    ITEM_WORDS
+                        .contains(&word)
+                        .then(|| format!("`{word}` is a declaration: write it outside `{block} {{ ... }}`"))
                 })
                 .unwrap_or_else(|| format!("a clause of `{block}` starts with one of: {}", words.join(", "))),
         )

@@ -274,7 +274,7 @@ impl Stop<'_> {
                 let first = first.trim_start_matches('(');
                 format!("put single values in braces: `{{ {first}, {rest} }}`")
             }
-            "match" => format!("each thing has a `match` of its own: write `match {rest}` on the next line"),
+            "match" => format!("one `match` binds one name: write `match {rest}` on the next line"),
             _ if self.expects("`}`") => {
                 let (name, first) = self.read().lines().last()?.text().split_once('=')?;
                 let (name, first) = (name.trim(), first.trim());
@@ -393,7 +393,7 @@ impl Stop<'_> {
                 "put its values in braces: `case ice { ground_friction = 0.2 }`"
             }
             _ if self.expects("`with`") && self.piece.first_word() == "actuate" => {
-                "say which kind follows which actuation: `actuate bender with two_sided_pac`"
+                "name the actuation that drives this kind: `actuate bender with two_sided_pac`"
             }
             _ if self.expects("a value") && last == "=" && self.is_colour() => {
                 "put the colour in quotes: `\"#a0522d\"`; a `#` without quotes begins a comment"
@@ -401,7 +401,7 @@ impl Stop<'_> {
             _ if self.expects("`else`")
                 && self.expected.iter().all(|e| ["`else`", "an operator"].contains(e)) =>
             {
-                "say what it is otherwise: `if a > b then 1 else 0`"
+                "give the value for the other case: `if a > b then 1 else 0`"
             }
             _ if self.expects("`then`") && !matches!(last, "elif" | "elseif") => {
                 "a condition is followed by `then`: `if a > b then 1 else 0`"

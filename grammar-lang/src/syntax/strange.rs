@@ -115,10 +115,10 @@ impl Strange {
             Kind::Blank(c) => Diagnostic::new(Code::SYNTAX, span, invisible(c))
                 .label("looks like a space, but is another character")
                 .help("replace it with a space; pasted text often contains such characters")
-                .fix(Fix::replace(span, " ", "replace an invisible character by a space")),
+                .fix(Fix::replace(span, " ", "replace an invisible character with a space")),
             Kind::Nothing(c) => Diagnostic::new(Code::SYNTAX, span, invisible(c))
-                .label("something is here that cannot be seen")
-                .help("remove it; such characters come along when text is pasted")
+                .label("there is an invisible character here")
+                .help("remove it; pasted text often contains such characters")
                 .fix(Fix::replace(span, "", "remove an invisible character")),
             Kind::OpenText { quote } => open_text(text, file, quote, self.start),
         }

@@ -138,9 +138,9 @@ impl<'a> Assembly<'a> {
             Diagnostic::new(
                 Code::MISSING_ITEM,
                 place,
-                format!("`{word}` is of a grammar, but this text has no name"),
+                format!("`{word}` belongs to a grammar, but this file has no `grammar NAME`"),
             )
-            .label("a module for others to import has none")
+            .label("a module that other files import cannot have this")
             .help("write `grammar NAME` above all other declarations"),
         );
     }
@@ -258,7 +258,7 @@ impl<'a> Assembly<'a> {
                 place,
                 format!("{which} `{word}` is not part of the variant"),
             )
-            .label("outside of its braces")
+            .label("outside the braces of the variant")
             .help(format!(
                 "write it inside the braces: `add {word} ...`, or `replace {word} ...` for what the base has"
             ))

@@ -4,7 +4,9 @@ mod dimension;
 mod table;
 
 pub use dimension::Dimension;
-pub use table::{Unit, UnitError, display_unit, exact, parse, shown, suggest, unit_names, written_out};
+pub use table::{
+    Unit, UnitError, display_unit, exact, parse, quantity, shown, suggest, unit_names, written_out,
+};
 
 /// No number of a text, and no value of an objective or a term, is larger, in SI units: sums of its square over all designs of a run
 /// still have a value.

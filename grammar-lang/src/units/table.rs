@@ -220,6 +220,22 @@ fn rounded(value: f64, one: f64) -> f64 {
     if scaled.is_finite() { scaled / one } else { value }
 }
 
+/// What is smaller is rounding.
+const LEAST: f64 = 1e-12;
+
+/// A value with its unit: four places, or three digits where those would be lost.
+#[must_use]
+pub fn quantity(value: f64, unit: &str) -> String {
+    let number = match value.abs() {
+        // No minus sign before a zero.
+        size if size < LEAST => "0.0000".to_owned(),
+        size if size < 5e-4 => format!("{value:.2e}"),
+        size if size < 1e9 => format!("{value:.4}"),
+        _ => format!("{value:.4e}"),
+    };
+    if unit.is_empty() { number } else { format!("{number} {unit}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

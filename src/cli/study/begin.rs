@@ -51,8 +51,8 @@ pub(super) fn begin(file: &Path, place: &Place) -> Result<Study, Fault> {
 pub(super) fn plan(file: &Path, place: &Place) -> Result<Planned, Fault> {
     let text =
         reading::named(file).map_err(|why| Fault::usage(format!("cannot read {}: {why}", file.display())))?;
-    let text = String::from_utf8(text)
-        .map_err(|_| Fault::usage(format!("{} is no text in UTF-8", file.display())))?;
+    let text =
+        String::from_utf8(text).map_err(|_| Fault::usage(format!("{} is not UTF-8 text", file.display())))?;
     let asked = StudyFile::parse(file, &text).map_err(Fault::usage)?;
     let seeds = asked.seeds().map_err(Fault::usage)?;
     let base = file.parent().unwrap_or(Path::new(""));
@@ -78,7 +78,7 @@ impl Planned {
         let Self { file, change, .. } = self;
         if change.new + change.left > 0 {
             output::note(&format!(
-                "{} was changed: {} more runs are in it, {} not any more (their folders stay, and are not counted)",
+                "{} was changed: new runs: {}, removed runs: {} (their folders stay, and are not counted)",
                 file.display(),
                 change.new,
                 change.left

@@ -148,7 +148,7 @@ impl Going<'_> {
                 None => return Ok(Ended::Elsewhere),
                 Some(foreign) => {
                     return Err(Fault::usage(format!(
-                        "{} is to become the folder of a run, but \"{foreign}\" is there: move it elsewhere",
+                        "{} must become the folder of a run, but contains \"{foreign}\": move this elsewhere",
                         folder.display()
                     )));
                 }
@@ -221,14 +221,14 @@ impl Done {
             let noted = self.failed - self.unnoted;
             if noted > 0 {
                 output::note(&format!(
-                    "{} failed: `sgc study status DIR` says why. Once that is mended, `sgc study retry DIR` has it tried again: from its checkpoint, or from its \
+                    "{} failed: `sgc study status DIR` says why. When the cause is fixed, `sgc study retry DIR` tries it again: from its checkpoint, or from its \
                      beginning if it has none (or with --anew)",
                     output::counted(noted, "run")
                 ));
             }
             if self.unnoted > 0 {
                 output::note(&format!(
-                    "{} failed, and the reason (above) could not be written into the folder: the next command tries again without `retry`",
+                    "{} failed, and sgc could not write the reason (above) into the folder: the next command tries again without `retry`",
                     output::counted(self.unnoted, "run")
                 ));
             }

@@ -58,7 +58,9 @@ pub(super) struct Submit {
 impl Submit {
     pub(super) fn run(self) -> Result<u8, Fault> {
         if let Some(bad) = self.option.iter().find(|option| !option.starts_with('-')) {
-            return Err(Fault::usage(format!("`--option {bad}` is no option: write `--option=--{bad}`")));
+            return Err(Fault::usage(format!(
+                "`--option {bad}` lacks a leading `-`: write `--option=--{bad}`"
+            )));
         }
         if self.at_once.is_some() && self.to == "hq" {
             return Err(Fault::usage(
@@ -71,7 +73,7 @@ impl Submit {
                 sgc.display()
             ));
         }
-        let engine = Engine::named(&self.to).ok_or_else(|| Fault::usage("the engine is slurm or hq"))?;
+        let engine = Engine::named(&self.to).ok_or_else(|| Fault::usage("--to must be slurm or hq"))?;
         let study = match self.study.is_dir() {
             true => Study::open(&self.study).map_err(Fault::usage)?,
             false => begin::begin(&self.study, &self.place)?,
@@ -79,7 +81,7 @@ impl Submit {
         let earlier = earlier(&study);
         if let Some(last) = earlier.last() {
             output::note(&format!(
-                "submission {last} has some of these runs, too. If it was handed over and its tasks still wait or run, better cancel them first: no run is done \
+                "submission {last} contains some of these runs, too. If you submitted it and its tasks still wait or run, cancel them first: no run is done \
                  twice, but tasks may find nothing to do"
             ));
         }
@@ -87,8 +89,9 @@ impl Submit {
         let few = open.div_ceil(MOST_TASKS).max(1);
         let sgc = match self.sgc {
             Some(sgc) => sgc,
-            None => std::env::current_exe()
-                .map_err(|why| Fault::usage(format!("where is sgc? {why}; give --sgc")))?,
+            None => std::env::current_exe().map_err(|why| {
+                Fault::usage(format!("cannot find the program sgc: {why}; name it with --sgc"))
+            })?,
         };
         let submission = Submission {
             engine,
@@ -123,7 +126,7 @@ impl Submit {
             Ok(status) if status.success() => Ok(exit::DONE),
             Ok(status) => Err(Fault::usage(format!("`{shown}` ended with {status}; the script is kept"))),
             Err(why) => Err(Fault::usage(format!(
-                "cannot run `{shown}`: {why}; the script is kept: hand it over where {} is",
+                "cannot run `{shown}`: {why}; the script is kept: submit it on a machine that has {}",
                 engine.program()
             ))),
         }

@@ -42,7 +42,7 @@ impl Task {
         let study = Study::open(&self.folder).map_err(Fault::usage)?;
         let folder = output::typed(&self.folder);
         let again = format!(
-            "its task, started again, goes on; or submit what is not complete: sgc study submit {folder} --to ENGINE"
+            "start its task again to go on; or submit the runs that are not complete: sgc study submit {folder} --to ENGINE"
         );
         interrupt::goes_on(&format!("sgc study submit {folder} --to ENGINE"));
         let runs = share(&study, self.submission, self.task, self.runs_per_task).map_err(Fault::usage)?;

@@ -63,7 +63,7 @@ pub enum ReportError {
     Read(PathBuf),
     /// There is something where the report should be.
     #[error(
-        "{} holds \"{name}\", which no report wrote there, or which was edited since: take it away, choose another \
+        "{} holds \"{name}\", which no report wrote there, or which was edited since: move it away, choose another \
          folder with --out, or write the report among it with --force",
         folder.display()
     )]

@@ -4,6 +4,7 @@
 //! nominal world only, and the search says which are judged in all ([`Judge`]). The best is always the best in all.
 
 use grammar_lang::ir::{Direction, Judge, Objective};
+use grammar_lang::units::quantity;
 
 use super::super::body::Known;
 use super::super::evaluated::Evaluated;
@@ -391,7 +392,7 @@ impl Tuner<'_> {
         tuning.tally.unstable += 1;
         if tuning.tally.first_unstable.is_none() {
             let unit = &self.task().objective.unit;
-            let shown = |value: f64| format!("{value:.4} {unit}").trim_end().to_owned();
+            let shown = |value: f64| quantity(value, unit);
             let half = match &half.value {
                 Ok(value) => shown(Nominal { value: *value, each: &half.each }.own()),
                 Err(Missing::Elsewhere(world, _)) => format!("no value, because of the world `{world}`,"),

@@ -45,7 +45,7 @@ impl Model for Balls {
         widths::alone(assembly, &settings.in_whole_steps(), |body, settings, world| {
             let lattice = Lattice::new(body, settings)?.sloping(world, settings);
             stable::check(&lattice, settings)?;
-            let unfit = || Unfit { reason: "this processor has no room for so many balls".to_owned() };
+            let unfit = || Unfit { reason: "this processor cannot simulate this number of balls".to_owned() };
             widest(&lattice, settings).ok_or_else(unfit)
         })
     }

@@ -52,7 +52,7 @@ impl Model for Rapier {
             let lowered = Lowered::new(body, settings)?;
             if has_chained_sockets(&lowered) {
                 let reason =
-                    "rapier is far too soft where one socket hangs on another: use the solver `articulated`"
+                    "rapier is far too soft where one socket is attached to another: use the solver `articulated`"
                         .to_owned();
                 return Err(Unfit { reason });
             }

@@ -311,7 +311,7 @@ fn beam(assembly: &Assembly, hinges: &[(usize, &Joint, &Dof)]) -> Result<Option<
         return Err(unfit("a row bends about an axis that is askew to it; rods bend about axes across them"));
     }
     if !hinges.windows(2).all(|pair| pair[0].1.child == pair[1].1.parent) {
-        return Err(unfit("the joints of an actuator are no row; rods are rows of segments"));
+        return Err(unfit("the joints of an actuator do not form a row; rods are rows of segments"));
     }
     let reach = |segment: usize| {
         let pose = &element(segment).pose;
@@ -350,7 +350,7 @@ fn beam(assembly: &Assembly, hinges: &[(usize, &Joint, &Dof)]) -> Result<Option<
         return Err(unfit("the joints of a row differ; rods are the same along their length"));
     }
     if first.stiffness <= 0.0 {
-        return Err(unfit("a row has no stiffness; rods need some"));
+        return Err(unfit("a row has no stiffness; rods need a stiffness"));
     }
     let Some(section) = section(segments[0]) else { return Ok(None) };
     let along = |place: Vector3<f64>| (place - ends[0].coords).dot(&way);

@@ -110,7 +110,8 @@ impl Rods {
         world: &World,
     ) -> Result<Self, Unfit> {
         if whole.bodies.iter().any(lowering::Body::is_massless) {
-            let reason = "a part hangs in a socket, which rods do not know; use the solver `articulated`";
+            let reason =
+                "a part is attached by a socket, which rods do not support; use the solver `articulated`";
             return Err(Unfit { reason: reason.to_owned() });
         }
         let mut bodies: Vec<Body> = lowered

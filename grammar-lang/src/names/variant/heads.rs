@@ -43,16 +43,16 @@ impl<'v> Heads<'v> {
         }
         let (part, (whole, word)) = clash?;
         let help = match word {
-            "dropped" => "take one of the two out".to_owned(),
+            "dropped" => "remove one of the two edits".to_owned(),
             _ => format!("make this change in the `{head}` that replaces it"),
         };
         Some(
             Diagnostic::new(
                 Code::DUPLICATE,
                 part,
-                format!("this variant changes a part of `{head}`, but the whole is {word}, too"),
+                format!("this variant changes a part of `{head}`, but the whole declaration is also {word}"),
             )
-            .label("would be lost")
+            .label("this change would be lost")
             .also(whole, format!("{word} here"))
             .help(help),
         )

@@ -49,10 +49,10 @@ pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], ch
         let near = offers.iter().filter_map(|o| o.strip_prefix(within.as_str()));
         let help = did_you_mean(&last.text, near).unwrap_or_else(|| {
             if offers.is_empty() {
-                format!("`{}` as a whole can be replaced: `replace ...`", head.text)
+                format!("only the whole of `{}` can be changed: write `replace ...`", head.text)
             } else {
                 let offers: Vec<String> = offers.iter().map(|o| format!("{}.{o}", head.text)).collect();
-                format!("what can be changed: {}", offers.join(", "))
+                format!("you can change: {}", offers.join(", "))
             }
         });
         loading.errors.push(
@@ -77,7 +77,7 @@ pub(super) fn set_joint(loading: &mut Loading<'_>, module: usize, path: &[Name],
             Diagnostic::new(Code::NOTHING_TO_CHANGE, joint.word, format!("`{}` has no joint", head.text))
                 .label("not there")
                 .also(item.span, "declared here")
-                .help("only an actuator, or a part that hangs on a joint, has one"),
+                .help("only an actuator, or a part that is attached by a joint, has one"),
         );
         return;
     }

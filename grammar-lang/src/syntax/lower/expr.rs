@@ -21,7 +21,7 @@ impl Lowering<'_> {
     fn too_deep(&mut self, span: Span) {
         self.errors.push(
             Diagnostic::new(Code::TOO_DEEP, span, "this expression is too long or too deeply nested")
-                .label("more than can be followed")
+                .label("the limit is exceeded here")
                 .help("give parts of it a name with `let`"),
         );
     }

@@ -153,7 +153,7 @@ impl Declarations<'_> {
                         format!("an actuation has at most {MOST_STATES} states"),
                     )
                     .label("one too many")
-                    .help("let actuations of several kinds of actuators remember for themselves"),
+                    .help("move some states to the actuations of other kinds of actuators"),
                 );
                 break;
             }
@@ -259,7 +259,7 @@ impl Declarations<'_> {
         let (owner, help) = if of_cells {
             (
                 "a cell",
-                "write `drive strain = ...`: by how much it grows, as in `10 % * sin(t / 2 s * 360 deg)`",
+                "write `drive strain = ...`: the relative growth of the cell, as in `10 % * sin(t / 2 s * 360 deg)`",
             )
         } else {
             (

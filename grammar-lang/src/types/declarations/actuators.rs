@@ -181,7 +181,7 @@ impl Declarations<'_> {
                     true => {
                         let ty = Ty::Quantity(kind.position());
                         let middle = crate::types::expressions::shown(0.5 * (low + high), &ty);
-                        format!("say where its spring rests, such as `neutral = {middle}`: it begins there")
+                        format!("give the rest position of its spring, such as `neutral = {middle}`: the joint begins there")
                     }
                 }),
             );

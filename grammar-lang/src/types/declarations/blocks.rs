@@ -38,7 +38,7 @@ impl Declarations<'_> {
             self.report(
                 Diagnostic::new(Code::NO_EFFECT, first.over.span, "nothing is repeated")
                     .label("an empty block follows")
-                    .help("say what is done each time: `for i in 0 .. 3 { attach ... to core.side[i] }`"),
+                    .help("write effects in the block: `for i in 0 .. 3 { attach ... to core.side[i] }`"),
             );
         }
         Some(ir::Effect::Repeat { over, effects, lists: made })
@@ -59,8 +59,8 @@ impl Declarations<'_> {
                         );
                         self.report(
                             Diagnostic::new(Code::BAD_VALUE, clause.span, message)
-                                .label("only the last one would count")
-                                .help("move it out of the block, and work out its value there (`sum over i in 0 .. 2 of ...`), or give each part a parameter of its own"),
+                                .label("only the last repetition would count")
+                                .help("move it out of the block, and calculate its value there (`sum over i in 0 .. 2 of ...`), or give each part a parameter of its own"),
                         );
                     }
                 }
@@ -156,7 +156,7 @@ impl Declarations<'_> {
             self.report(
                 Diagnostic::new(Code::NO_EFFECT, span, "nothing follows this condition in the block")
                     .label("has no effect")
-                    .help("say below it what is done: `attach`, `set`, `remove` or `replace`"),
+                    .help("write an effect below it: `attach`, `set`, `remove` or `replace`"),
             );
         }
     }
@@ -181,9 +181,9 @@ impl Declarations<'_> {
         };
         names.into_iter().for_each(|name| self.expressions.bind(name, Ty::Unknown, cx));
         let help = match word {
-            "choose" => "move it above the block: it is drawn once, whatever the block does with it",
+            "choose" => "move it above the block: a rule draws each choice only once",
             "let" => {
-                "move it above the block, or write the value where it is read: a `let` of a rule does not see what the block repeats"
+                "move it above the block, or write the value where it is used: a `let` of a rule cannot read the names of a block"
             }
             "then" => {
                 "end the block before `then`, and begin another one after it: `then` cannot be inside a block"
@@ -191,7 +191,7 @@ impl Declarations<'_> {
             _ => "move it out of the block",
         };
         self.report(
-            Diagnostic::new(Code::BAD_VALUE, clause.span, format!("`{word}` cannot stand in a block"))
+            Diagnostic::new(Code::BAD_VALUE, clause.span, format!("`{word}` cannot be inside a block"))
                 .label("it is about the whole rule")
                 .help(help),
         );

@@ -114,7 +114,7 @@ impl<'a> Declarations<'a> {
                         format!("this actuation has two variables `{}`", name.text),
                     )
                     .label("one")
-                    .also(name.span, "the other, which a value or function of that text reads")
+                    .also(name.span, "the other: a value or function of that file reads it")
                     .help("give one of them another name"),
                 );
             }

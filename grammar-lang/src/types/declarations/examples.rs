@@ -289,7 +289,7 @@ impl Declarations<'_> {
             && let Some(port) = self.expressions.port_name(tree)
         {
             self.report(
-                Diagnostic::new(Code::WRONG_TYPE, port.span, "whose port is this?")
+                Diagnostic::new(Code::WRONG_TYPE, port.span, "this port is given without its part")
                     .label("a port belongs to a part")
                     .help("write for example `core.left`"),
             );

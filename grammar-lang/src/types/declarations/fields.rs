@@ -131,11 +131,9 @@ impl Declarations<'_> {
                 "ports of its own",
                 "only a passive part declares ports; an actuator has `base` and `tip`",
             ),
-            Field::Joint(joint) if what != "a part" && !is_row(what) => (
-                &joint.named(),
-                "joint",
-                "an actuator is a row of segments, and says how they move: `actuator`",
-            ),
+            Field::Joint(joint) if what != "a part" && !is_row(what) => {
+                (&joint.named(), "joint", "for a row of segments that move, declare an `actuator`")
+            }
             _ => return,
         };
         let error = Diagnostic::new(Code::UNKNOWN_FIELD, name.span, format!("{what} has no {message}"));

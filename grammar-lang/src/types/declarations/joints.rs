@@ -397,7 +397,7 @@ impl Declarations<'_> {
                     "the `neutral` of a driven joint must lie within its range",
                 )
                 .label(format!("outside `{}`", kind.range()))
-                .help("only the spring of a passive joint can press on an end of the range"),
+                .help("only a passive joint can have its `neutral` outside its range: its spring then presses the joint against an end"),
             );
         }
         let begins = match from.values.contains_key("begins") {
@@ -507,7 +507,7 @@ pub(super) fn belongs_elsewhere(field: &str, row: Row<'_>) -> Option<String> {
     Some(match field {
         "bend" | "range" if spin => "remove this: a spin has no limits".to_owned(),
         "pivot" if row.of == Owner::Row => {
-            "the joints of a row are in the middle between its segments: only a part that hangs on a joint has `pivot`".to_owned()
+            "the joints of a row are in the middle between its segments: only a part with a joint can have a `pivot`".to_owned()
         }
         "pivot" => "remove `pivot`: a joint that slides has a direction, but no pivot".to_owned(),
         "neutral" | "begins" if kind == JointKind::Socket => {
@@ -518,7 +518,7 @@ pub(super) fn belongs_elsewhere(field: &str, row: Row<'_>) -> Option<String> {
         }
         "stiffness" | "relaxing_speed" | "neutral" | "begins" if spin => match row.passive {
             true => "remove this: a free axle has no spring, and only `damping` slows it".to_owned(),
-            false => "remove this: a spin is driven by its speed, and `damping` says how firmly it holds this speed".to_owned(),
+            false => "remove this: a spin is driven by its speed, and `damping` determines how firmly it holds this speed".to_owned(),
         },
         "torque" | "effort" | "bending_speed" | "speed" | "relaxing_speed" if row.passive => {
             let what = if row.of == Owner::Part { "the joint of a part" } else { "a passive row" };

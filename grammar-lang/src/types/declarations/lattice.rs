@@ -163,7 +163,11 @@ impl Declarations<'_> {
                 "write `symmetry mirror xy`, or `symmetry radial 2 about y`",
             )
         };
-        self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("has no such image").help(help));
+        self.report(
+            Diagnostic::new(Code::BAD_VALUE, span, message)
+                .label("a lattice cannot have this symmetry")
+                .help(help),
+        );
     }
 
     /// What `begin` fills.
@@ -330,7 +334,7 @@ impl Declarations<'_> {
                     "use a model whose `method` is `balls`, such as `ball_springs` of `std.models`",
                 ),
                 (false, ir::Method::Balls(None)) => (
-                    "the bodies of this grammar are made of parts, and this model does not say how to fill them",
+                    "the bodies of this grammar are made of parts, but this model does not define how to fill them",
                     "add for example `filling { spacing = 1 cm  stiffness = 500 N/m  damping = 0.5 N*s/m }` to the model",
                 ),
                 (_, method) if Some(method) != first => (

@@ -197,7 +197,7 @@ impl Of {
             let (_, _, place) = driven.first()?;
             return Some(misfit(
                 *place,
-                format!("`{learner}` learns a policy, and no actuation leaves an action to one"),
+                format!("`{learner}` learns a policy, but no actuation leaves an action to a policy"),
                 "nothing to learn",
                 "leave an action to a policy, as in `action push : Number in -1 .. 1 of brain from [bent(a) / 60 deg]`",
             ));
@@ -206,8 +206,8 @@ impl Of {
             return Some(misfit(
                 place,
                 format!("`{learner}` learns one policy, and this task has several"),
-                "leaves actions to another one",
-                "leave all actions to one policy: it knows all of their inputs",
+                "leaves actions to another policy",
+                "leave all actions to one policy: this policy gets the inputs of all actions",
             ));
         }
         let policy = policies.get(name)?;
@@ -224,7 +224,7 @@ impl Of {
             let duration = shown(duration, Dimension::TIME);
             misfit(
                 policy.span,
-                format!("`{name}` hardly decides in a motion of {duration}, and `{learner}` learns from what lies between two decisions"),
+                format!("`{name}` makes too few decisions in a motion of {duration}: `{learner}` learns from what happens between two decisions"),
                 "too few decisions",
                 "make `every` of the policy shorter, such as `every = 0.2 s`, or the motion longer",
             )

@@ -20,7 +20,9 @@ impl Declarations<'_> {
                     other.span,
                     "a rule that reverts a step cannot do anything else",
                 )
-                .label("this would belong to no step, and would be lost when the design is derived again")
+                .label(
+                    "this would not belong to a step, so it would be lost when the design is derived again",
+                )
                 .also(revert.span, "the step is reverted here")
                 .help("write two rules: one that reverts, and one for the rest"),
             );
@@ -129,7 +131,7 @@ impl Declarations<'_> {
                 (false, _) if place > first => continue,
                 (false, _) => ("above", "take it out: what a rule does first reads the design as it is"),
                 (true, false) => {
-                    ("below", "say below it what is done next: `attach`, `set`, `remove` or `replace`")
+                    ("below", "write an effect below it: `attach`, `set`, `remove` or `replace`")
                 }
             };
             // What could not be read may have done something.
@@ -151,7 +153,7 @@ impl Declarations<'_> {
                 _ => continue,
             };
             self.report(
-                Diagnostic::new(Code::BAD_VALUE, clause.span, format!("`{word}` cannot stand below `then`"))
+                Diagnostic::new(Code::BAD_VALUE, clause.span, format!("`{word}` cannot be below `then`"))
                     .label("it is about the whole rule")
                     .also(clauses.get(first).map_or(clause.span, |then| then.span), "this `then` is above it")
                     .help(help),

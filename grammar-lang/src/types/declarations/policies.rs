@@ -186,7 +186,7 @@ impl Declarations<'_> {
                     format!("at most {LONGEST} numbers can be listed here"),
                 )
                 .label(format!("these are {}", items.len()))
-                .help("leave out what the policy can do without"),
+                .help("leave out inputs that the policy does not need"),
             );
             return None;
         }

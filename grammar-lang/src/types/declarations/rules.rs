@@ -89,9 +89,9 @@ impl Declarations<'_> {
         }
         if effects.is_empty() && !damaged && self.expressions.errors.len() == found {
             let help = if is_always(clauses) {
-                "say what it sets: `set s.load = 2 N for s in strut`"
+                "write an effect: `set s.load = 2 N for s in strut`"
             } else {
-                "say what it does: `attach`, `set`, `remove`, `replace` or `revert`; `fill`, `paint` or `clear` in a lattice"
+                "write an effect: `attach`, `set`, `remove`, `replace` or `revert`; `fill`, `paint` or `clear` in a lattice"
             };
             self.report(
                 Diagnostic::new(Code::NO_EFFECT, name.span, format!("the rule `{}` does nothing", name.text))

@@ -260,6 +260,11 @@ impl Declarations<'_> {
             if is_factor && value < LEAST_FACTOR {
                 self.far_less(difference, value, place);
             }
+            if let (Difference::GroundFriction, Some((_, tree))) =
+                (difference, from.values.get(difference.text()))
+            {
+                self.usual("a set of worlds", difference.text(), value, tree);
+            }
             case.insert(difference, value);
         }
         (!case.is_empty() && from.misspelt.is_empty()).then_some(case)

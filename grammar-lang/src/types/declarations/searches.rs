@@ -150,9 +150,9 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::UNUSUAL,
                     tree.span,
-                    "with this `keep_with_rods`, a best may lose nearly all of its value with elastic rods",
+                    "with this `keep_with_rods`, a best design may lose nearly all of its value with elastic rods",
                 )
-                .label("so no check can fail, but each costs a motion")
+                .label("so no check can fail, but each costs a simulation")
                 .help("write `keep_with_rods = 50 %`, or leave the line out"),
             );
         }

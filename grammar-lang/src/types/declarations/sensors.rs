@@ -84,7 +84,7 @@ impl Declarations<'_> {
         let (label, help) = match ty {
             Ty::Bool => (
                 format!("this is {value}"),
-                "write a share from 0 to 0.5, such as `noise 2 %`: a sensor that is wrong half of the time says nothing",
+                "write a share from 0 to 0.5, such as `noise 2 %`: a sensor that is wrong half of the time gives no information",
             ),
             _ => ("negative".to_owned(), "write how far readings scatter, such as `noise 1 deg`"),
         };
@@ -187,7 +187,7 @@ impl Declarations<'_> {
                     Diagnostic::new(
                         Code::MODEL_MISFIT,
                         *place,
-                        format!("`{with}` reads sensors, or has a `state` or an `action`, and a model of balls knows none of them"),
+                        format!("`{with}` reads sensors, or has a `state` or an `action`, and a model of balls supports none of these"),
                     )
                     .label("reacts")
                     .help("simulate it with a model of hinges, such as `hinge_model` of `std.models`, or drive by `t` alone"),

@@ -204,7 +204,7 @@ impl<'a> Declarations<'a> {
                         how.unwrap_or_default(),
                         "the first part is the core: nothing holds it, so it is not turned about a port",
                     )
-                    .label("about which port?")
+                    .label("there is no port to turn about")
                     .help("write it without `turned` and `by`"),
                 ),
                 (0, Some(on)) => self.report(
@@ -213,7 +213,7 @@ impl<'a> Declarations<'a> {
                         on.port.span,
                         "the first part is the core: nothing holds it",
                     )
-                    .label("held by this")
+                    .label("the core cannot be attached to this")
                     .help("write it without `to`"),
                 ),
                 (1.., None) => self.report(
@@ -223,7 +223,7 @@ impl<'a> Declarations<'a> {
                         format!("nothing holds `{}`", place.name.text),
                     )
                     .label("a second part")
-                    .help("say where it is attached, as in `to core.top`, or let rules attach it"),
+                    .help("write where it is attached, as in `to core.top`, or let rules attach it"),
                 ),
                 _ => {}
             }

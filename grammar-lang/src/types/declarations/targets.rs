@@ -508,7 +508,7 @@ impl Declarations<'_> {
             }
             (Backend::Pneumatic(_), _) => return,
             (Backend::Tendon(_), _) => {
-                ("the target winds up threads, which bend an actuator", "no thread can do this")
+                ("a target with threads can only bend an actuator", "threads cannot do this")
             }
         };
         let kind = &target.kind;

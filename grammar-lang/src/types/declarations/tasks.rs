@@ -78,7 +78,7 @@ impl<'a> Declarations<'a> {
                         name.span,
                         format!("the value of the task `{}` is not used", name.text),
                     )
-                    .label("optimised, but not part of the objective")
+                    .label("the search optimises it, but the objective does not read it")
                     .help(format!("use `{}.value` in the objective, or remove the task", name.text)),
                 );
             }
@@ -256,7 +256,7 @@ impl<'a> Declarations<'a> {
                 place,
                 format!("this runs over the worlds of `{set}`, in which the task is not simulated"),
             )
-            .label("other worlds than the task's");
+            .label("these are not the worlds of the task");
             let help = format!("add `in {set}` to its `simulate`");
             self.report(match (simulated.scenarios, simulated.time) {
                 (Some((own, _)), _) => error
@@ -682,11 +682,11 @@ impl<'a> Periods<'a> {
             )),
             Self::Several(names) => Some((
                 format!("each of {} has a period of its own", one_by_one(names)),
-                "declare `shared period : Time in ...` once, outside of the actuations: then all of them read the same"
+                "declare `shared period : Time in ...` once, outside the actuations: then all of them read the same period"
                     .to_owned(),
             )),
             Self::NoTime(name) => Some((
-                format!("what `{name}` calls `period` is not one time"),
+                format!("the `period` of `{name}` is not a single time"),
                 "declare `shared period : Time in ...`, or give it another name".to_owned(),
             )),
             Self::Moving(name) => Some((

@@ -119,6 +119,7 @@ pub const USUAL: &[Usual] = &[
         "a ten-thousandth of the objective's unit and a hundred thousand of it",
     ),
     usual("a set of worlds", "friction", OF_IT, "%", OF_IT_ENDS),
+    usual("a set of worlds", "ground_friction", (0.01, 3.0), "", "ice and soft rubber"),
     usual("a set of worlds", "mass", OF_IT, "%", OF_IT_ENDS),
     usual("a set of worlds", "torque", OF_IT, "%", OF_IT_ENDS),
     usual("a set of worlds", "speed", OF_IT, "%", OF_IT_ENDS),
@@ -206,8 +207,9 @@ impl Declarations<'_> {
     pub(super) fn odd_lag(&mut self, lag: f64, tree: &ast::Expr) {
         let (message, label) = match lag {
             0.0 => (
-                "without damping, a joint oscillates about its drive for ever".to_owned(),
-                "real material takes energy from each swing".to_owned(),
+                "without damping, a joint oscillates for ever about the position that is asked for"
+                    .to_owned(),
+                "real material loses energy in each oscillation".to_owned(),
             ),
             lag if lag > LONGEST_LAG => (
                 format!("with this damping a joint needs {} to follow its drive", shown(lag, "s")),

@@ -477,7 +477,7 @@ impl Expressions<'_> {
                         function.name.text
                     ),
                 )
-                .label("it would be the same in each world")
+                .label("it would have the same value in each world")
                 .help("write the body of the function here, or let the function read the term itself"),
             );
             return unknown;
@@ -498,7 +498,7 @@ impl Expressions<'_> {
                 self.errors.add(error);
                 continue;
             }
-            let message = format!("`{name}` cannot be called here: in its text, {}", error.message);
+            let message = format!("`{name}` cannot be called here: in its definition, {}", error.message);
             let blamed = Diagnostic::new(Code::WRONG_STAGE, call, message)
                 .label("called here")
                 .also(error.span(), "read here")

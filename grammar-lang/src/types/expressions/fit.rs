@@ -302,7 +302,7 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
             )
         }
     } else if weighs(have, want) {
-        "a data sheet means the weight of a kilogram: 1 kg*cm is `0.0981 N*m/rad`, and the force of 1 kg is `9.81 N`".to_owned()
+        "a data sheet uses the weight of 1 kg as a unit of force: 1 kg*cm is `0.0981 N*m/rad`, and the force of 1 kg is `9.81 N`".to_owned()
     } else if !want.is_number() && !per_angle && !literal {
         if what == "this term" {
             format!("declare it as `: {have}`, or change what it is calculated from")

@@ -319,7 +319,7 @@ impl<'a> Expressions<'a> {
         } else if nodes(&expr) > LARGEST {
             self.report(
                 Diagnostic::new(Code::TOO_DEEP, value.span, "this constant is too large")
-                    .label("made of too many pieces"),
+                    .label("it has too many operations"),
             );
             expr = unknown.clone();
         }

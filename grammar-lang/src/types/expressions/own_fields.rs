@@ -30,7 +30,7 @@ impl Expressions<'_> {
                     span,
                     format!("the expression of `{name}` is too long to be read by another field"),
                 )
-                .label("made of too many pieces")
+                .label("it has too many operations")
                 .also(field.span, "this field")
                 .help("shorten its expression, or read its parameters instead"),
             );

@@ -84,7 +84,7 @@ fn said(group: &Group) -> Vec<String> {
     }];
     if let Some(half) = half_way(group) {
         let half = counted(half.round() as u64, "evaluation");
-        said.push(format!("Half of what a run gained it had after {half} on average."));
+        said.push(format!("On average, a run had half of its gain after {half}."));
     }
     match (still_rising(group), group.runs.len()) {
         (0, _) => {}
@@ -98,7 +98,7 @@ fn said(group: &Group) -> Vec<String> {
     let open = group.runs.iter().filter(|run| !run.is_complete()).count();
     if open > 0 && group.runs.len() > 1 {
         said.push(format!(
-            "{} not complete: beyond where they are, the mean is of the others, and may jump.",
+            "{} not complete: further on, the mean is that of the other runs, and may jump.",
             if open == 1 { "One run is".to_owned() } else { format!("{} runs are", count(open as u64)) }
         ));
     }

@@ -15,7 +15,7 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
         return String::new();
     }
     let marks = [
-        ("point", "a design that no other of its run is better than in every objective"),
+        ("point", "a design that no other design of its run beats in every objective"),
         ("point soft", "other bodies that were tried"),
     ];
     let mut out = key(&marks.map(|(class, text)| (class.to_owned(), text.to_owned())));
@@ -45,7 +45,7 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
     };
     out + apart
         + "<p class=\"small\">A front covers the share of the box between the worst and the best values on all the fronts of the same objectives here (the hypervolume): 100\u{a0}% if one design were the best in everything. \
-           <code>sgc view RUN</code> writes a page for each design on a front; those that are there are linked.</p>\n"
+           <code>sgc view RUN</code> writes a page for each design on a front; pages that exist are linked.</p>\n"
 }
 
 /// What an axis shows.
@@ -177,11 +177,11 @@ fn designs(groups: &[Group], group: &Group, front: &Front<'_>, wanted: &[Wanted]
         _ if saved == 0 => String::new(),
         0 => String::new(),
         more => format!(
-            " {more} more found no room among those that the search keeps: they were the least missed."
+            " {more} more are not among the designs that the search keeps: the front loses least without them."
         ),
     };
     let which = if groups.iter().map(|group| group.runs.len()).sum::<usize>() > 1 {
-        ", which covers most"
+        ", the one that covers most"
     } else {
         ""
     };
@@ -224,7 +224,7 @@ fn price(from: &Valued<'_>, to: &Valued<'_>, beside: usize, wanted: &[Wanted]) -
         format!("gains {}", value(-lost, &first.unit))
     };
     format!(
-        "From {} to {} of {} {cost} of {} ({} to {}, moves {} and {}).",
+        "Going from {} to {} of {} {cost} of {} ({} to {}, moves {} and {}).",
         number(from.each[beside]),
         value(to.each[beside], &other.unit),
         escape(&other.name),

@@ -70,7 +70,7 @@ pub(super) fn page(groups: &[Group], link: Link, reload: Reload) -> String {
         Reload::Never => (String::new(), unfinished(groups)),
         Reload::WhileRunning => (
             format!("<meta http-equiv=\"refresh\" content=\"{WAIT}\">\n"),
-            "<p class=\"note\">These runs go on: the page loads itself again every few seconds, and the tables are written at the end.</p>\n".to_owned(),
+            "<p class=\"note\">These runs are still going: the page reloads every few seconds, and sgc writes the tables at the end.</p>\n".to_owned(),
         ),
     };
     let header = format!("<h1>{title}</h1>\n{note}<nav>{ways}</nav>");
@@ -117,7 +117,7 @@ fn unfinished(groups: &[Group]) -> String {
     let is_going = all().any(|run| matches!(run.standing, Standing::UnderWay | Standing::Waiting));
     let going = if is_going { " Some are under way: report them again later." } else { "" };
     format!(
-        "<p class=\"note\">{open} of {} runs are not complete: this is how far they are.{going}</p>\n",
+        "<p class=\"note\">{open} of {} runs are not complete: the page shows their results so far.{going}</p>\n",
         all().count()
     )
 }

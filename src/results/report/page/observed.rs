@@ -121,7 +121,7 @@ fn said(group: &Group, (name, unit): (&str, &str), points: &[(f64, f64)]) -> Opt
     let often = bins.into_iter().filter(|bin| bin.spread.count >= ENOUGH);
     let best = often.max_by(|a, b| group.fitness(a.spread.mean).total_cmp(&group.fitness(b.spread.mean)))?;
     Some(format!(
-        "By <code>{name}</code>, the best mean is {}, of bodies from {} to {} (of the ranges with {ENOUGH} bodies or more).",
+        "Grouped by <code>{name}</code>, the best mean is {}, for bodies from {} to {} (among the ranges with {ENOUGH} bodies or more).",
         value(best.spread.mean, &group.unit),
         value(best.low, unit),
         value(best.high, unit)

@@ -67,8 +67,8 @@ fn because(group: &Group, reason: &str) -> String {
         "no match" => "the rule matches nowhere in the design",
         "symmetry" => "the images of what it does take each other's place",
         "no change" => "the body would be the same as before",
-        "needed by a later step" => "what it takes back carries something else",
-        "port taken" => "something is there already",
+        "needed by a later step" => "a later step needs what the rule would revert",
+        "port taken" => "a part is attached there already",
         "no value" => "an expression of the grammar has no value",
         _ => "",
     }
@@ -89,7 +89,7 @@ fn without_value(rejected: &Rejections) -> String {
         .collect();
     if unstable > 0 {
         rows.push(vec![
-            "unstable: a would-be best that lost its value in a finer simulation".to_owned(),
+            "unstable: a candidate for the best that lost its value in a finer simulation".to_owned(),
             count(unstable),
             part(unstable),
         ]);
@@ -117,7 +117,7 @@ fn said(rejected: &Rejections) -> Vec<String> {
     if let Some(unstable) = share(rejected.all_unstable(), rejected.evaluations).filter(|share| *share > 0.02)
     {
         said.push(format!(
-            "{} of the evaluations found a would-be best that owes its value to the simulator's errors.",
+            "{} of the evaluations found a candidate for the best that owes its value to errors of the simulation.",
             percent(unstable)
         ));
     }

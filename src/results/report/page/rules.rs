@@ -20,7 +20,7 @@ pub(super) fn section(groups: &[Group], _: Link) -> String {
     let accepted = scale(spreads().filter_map(|rule| rule.accepted_change));
     let marks = [("box", "quartiles, and a line from 5 % to 95 %"), ("bar", "median"), ("point", "mean")];
     let marks = marks.map(|(class, text)| (class.to_owned(), text.to_owned()));
-    let mut out = "<p>The change of the value by one application: that of the new design less that of the current design it was made from.</p>\n".to_owned();
+    let mut out = "<p>The change of the value by one application: the value of the new design minus that of the current design from which it was made.</p>\n".to_owned();
     out += &key(&marks);
     for (i, (group, rules)) in groups.iter().zip(&all).enumerate() {
         out += &heading(groups, i);
@@ -115,7 +115,7 @@ fn counts(rules: &[Rule]) -> String {
     table(&head, &rows)
 }
 
-const NOTE: &str = "<p class=\"small\">Shares: blocked, of the draws; applied, of all applications; accepted, of this rule's applications; improved, of those of which the change is known; the last two, of all rules together. “On the way” counts the accepted applications before a run found its best, also those that were taken back later; “steps in the best” counts what the saved designs are made of, in which a step that was taken back, and the step that took it back, are no more.</p>\n";
+const NOTE: &str = "<p class=\"small\">Shares: blocked, of the draws; applied, of all applications; accepted, of this rule's applications; improved, of those of which the change is known; the last two, of all rules together. “On the way” counts the accepted applications before a run found its best, also those that were taken back later; “steps in the best” counts the steps of the saved designs, which no longer contain a step that was reverted, nor the step that reverted it.</p>\n";
 
 /// Rules with fewer applications say nothing of a share.
 const ENOUGH: u64 = 20;
@@ -148,7 +148,7 @@ fn said(group: &Group, rules: &[Rule]) -> Vec<String> {
         };
         if way >= ENOUGH && all > 0.02 && (led > 1.5 * all || led < all / 1.5) {
             said.push(format!(
-                "{} stands on the way to the best {} often than it was applied ({} against {}).",
+                "{} occurs on the way to the best {} often than among all applications ({} against {}).",
                 escape(&rule.name),
                 if led > all { "more" } else { "less" },
                 percent(led),

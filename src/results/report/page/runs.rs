@@ -239,14 +239,14 @@ fn said(group: &Group) -> Vec<String> {
     let without =
         group.runs.iter().filter(|run| !run.moves.is_empty() && run.value().is_none()).count() as u64;
     if without > 0 {
-        said.push(format!("{} found nothing valid so far.", counted(without, "run")));
+        said.push(format!("{} found no valid design so far.", counted(without, "run")));
     }
     if let Some(spread) = spread(group).filter(|spread| spread.count > 2)
         && let Some(sd) = spread.sd
         && sd > 0.5 * spread.mean.abs()
     {
         said.push(format!(
-            "The standard deviation is {} of the mean: results differ much from seed to seed, and a few runs say little.",
+            "The standard deviation is {} of the mean: results differ much from seed to seed, and a few runs are not enough to compare.",
             percent(sd / spread.mean.abs().max(f64::MIN_POSITIVE))
         ));
     }
@@ -265,7 +265,7 @@ fn said(group: &Group) -> Vec<String> {
             let names: BTreeSet<&String> = silent.iter().flatten().collect();
             let names: Vec<&str> = names.into_iter().map(String::as_str).collect();
             said.push(format!(
-                "{held} of {} best designs kept their value in all cross-checks that say something of them. For {} of them these say nothing: {}.",
+                "{held} of {} best designs kept their value in all cross-checks that apply to them. For {} of them, these cross-checks do not apply: {}.",
                 checked.len(),
                 silent.len(),
                 names.join(", ")
@@ -296,7 +296,7 @@ fn compared(groups: &[Group]) -> Vec<String> {
             .zip(&wanted)
             .map(|(group, text)| format!("{}: <code>{}</code>", escape(&group.name), escape(text)));
         said.push(format!(
-            "The objectives differ ({}), so that the values are not of the same thing.",
+            "The objectives differ ({}), so the values are not comparable.",
             each.collect::<Vec<_>>().join("; ")
         ));
     }
@@ -312,7 +312,7 @@ fn compared(groups: &[Group]) -> Vec<String> {
                 escape(&one.name),
                 escape(&other.name),
                 percent(better),
-                if even > 0.0 { format!(", and as good in {}", percent(even)) } else { String::new() },
+                if even > 0.0 { format!(", and equal in {}", percent(even)) } else { String::new() },
                 // As if a coin decided even pairs.
                 if (0.4..=0.6).contains(&(better + 0.5 * even)) { ": hardly a difference" } else { "" }
             ));

@@ -118,7 +118,7 @@ fn said(group: &Group, all: &[Sized]) -> Vec<String> {
         let weak = all.iter().flat_map(|s| &s.values).filter(|v| **v < best / 100.0).count() as u64;
         if let Some(weak) = share(weak, valued).filter(|weak| *weak > 0.2) {
             said.push(format!(
-                "{} of those with a value are worth less than a hundredth of the best.",
+                "{} of the bodies with a value have less than a hundredth of the best value.",
                 percent(weak)
             ));
         }
@@ -128,7 +128,7 @@ fn said(group: &Group, all: &[Sized]) -> Vec<String> {
         && most.size + 1 >= last.size
     {
         said.push(format!(
-            "The largest bodies are tried most often ({} of all have {}): what bounds the size holds the search back.",
+            "The largest bodies are tried most often ({} of all have {}): the limit on the size holds the search back.",
             percent(share(most.bodies as u64, bodies).unwrap_or(0.0)),
             counted(most.size, "part")
         ));

@@ -85,11 +85,12 @@ fn said(windows: &[Window]) -> Vec<String> {
     let (tried, accepted, nothing) =
         windows.iter().fold((0, 0, 0), |sum, w| (sum.0 + w.tried, sum.1 + w.accepted, sum.2 + w.nothing));
     let Some(rate) = share(accepted, tried) else { return vec!["No design was tried.".to_owned()] };
-    let mut said = vec![format!("{} of {} became the current one.", percent(rate), counted(tried, "design"))];
+    let mut said =
+        vec![format!("{} of {} became the current design.", percent(rate), counted(tried, "design"))];
     let late = windows.iter().rev().filter(|w| w.tried >= ENOUGH).find_map(|w| w.acceptance);
     if let Some(late) = late.filter(|late| *late > 0.5) {
         let why = if is_heated(windows) {
-            "losses are small against the temperature, and the search wanders more than it selects"
+            "losses are small compared with the temperature, and the search wanders more than it selects"
         } else {
             "the search takes most of what it tries"
         };

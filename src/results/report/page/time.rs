@@ -47,14 +47,14 @@ fn said(groups: &[Group]) -> Vec<String> {
         let seconds: f64 = known.iter().map(|time| time.seconds).sum();
         let evaluations: u64 = known.iter().map(|time| time.evaluations).sum();
         said.push(format!(
-            "{} and {} in all, the runs one after the other; cross-checks are not in it, and other work on the machine is.",
+            "{} and {} in total, summed over the runs, without cross-checks; other work on the machine makes the time longer.",
             span(seconds),
             counted(evaluations, "evaluation")
         ));
     }
     if unknown > 0 {
         said.push(format!(
-            "Of {} nobody kept the time: an older sgc did them, or they have no checkpoint yet.",
+            "The time of {} is unknown: an older version of sgc made them, or they have no checkpoint yet.",
             counted(unknown, "run")
         ));
     }

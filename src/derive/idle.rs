@@ -1,0 +1,144 @@
+//! Rules that random walks draw and never apply, and walks that make no actuator.
+
+use std::collections::BTreeSet;
+
+use grammar_lang::diagnostics::{Code, Diagnostic};
+use grammar_lang::eval::{Value, evaluate};
+use grammar_lang::ir::{ExampleClause, Fallback, Group, RuleSet};
+
+use super::random::Stream;
+use super::{Blocked, Derivation, DesignScope};
+
+/// How many walks are made, and how many moves each has.
+const WALKS: u64 = 8;
+const MOVES: usize = 25;
+/// How much all of them may take: the sum over all moves of the squared number of parts, since requirements look at pairs.
+const EFFORT: usize = 300_000;
+/// What a cell counts in this sum.
+const CELL: usize = 20;
+/// How often a rule must have been drawn before it counts as one that is never applied.
+const DRAWN: usize = 12;
+/// How many moves must have been made before designs without an actuator count.
+const MADE: usize = 100;
+
+/// What became of a rule.
+#[derive(Clone, Default)]
+struct Tried {
+    applied: usize,
+    /// What stopped it, each time.
+    stopped: Vec<Blocked>,
+}
+
+/// A warning for each rule that a number of random walks from the first design draw often and never apply, unless an example applies
+/// it, and one if no design of these walks has an actuator to drive.
+///
+/// The walks are always the same. A rule that matches nowhere may wait for a design that they do not reach: it counts only if
+/// something else stops it, too.
+#[must_use]
+pub fn check_walks(rules: &RuleSet) -> Vec<Diagnostic> {
+    let Ok(first) = Derivation::start(rules, rules.from.as_deref()) else { return Vec::new() };
+    let mut tried = vec![Tried::default(); rules.rules.len()];
+    let (mut left, mut made, mut has_actuators) = (EFFORT, 0, has_actuators(rules, &first));
+    'walks: for walk in 0..WALKS {
+        let mut random = Stream::named(walk, "check");
+        let mut derivation = first.clone();
+        for _ in 0..MOVES {
+            // Cells are many, and few requirements look at pairs of them.
+            let size = derivation.design.parts.len();
+            let effort = if rules.lattice.is_some() { CELL * size } else { size * size };
+            match left.checked_sub(effort) {
+                Some(rest) => left = rest,
+                None => break 'walks,
+            }
+            let step = derivation.advance(rules, &mut random, 0.0);
+            for (rule, blocked) in step.blocked {
+                tried[rule].stopped.push(blocked);
+            }
+            if let Some(rule) = step.rule {
+                tried[rule].applied += 1;
+            }
+            let Some(next) = step.result else { continue 'walks };
+            made += 1;
+            derivation = next;
+            has_actuators |= self::has_actuators(rules, &derivation);
+        }
+    }
+    let mut found = never_applied(rules, &tried);
+    found.extend(begins_at_a_fallback(rules, &first));
+    let wants_actuators = rules.lattice.is_none()
+        && rules.search.bodies.is_some()
+        && rules.tasks.values().all(|task| !task.actuated.is_empty());
+    if let (true, false, Some(core)) = (wants_actuators && made >= MADE, has_actuators, rules.begin.first()) {
+        found.push(
+            Diagnostic::new(Code::NOTHING_TO_SEARCH, core.span, "no design of random walks has an actuator")
+                .label(format!("after {made} moves from here, there is still nothing to drive"))
+                .help("add a rule that attaches an actuator; `sgc audit` shows what stops each rule"),
+        );
+    }
+    found
+}
+
+/// A warning for a fallback whose condition holds of the first design: until it no longer does, no other rule is drawn.
+fn begins_at_a_fallback(rules: &RuleSet, first: &Derivation) -> Option<Diagnostic> {
+    let scope = DesignScope::new(rules, first);
+    let holds = |fallback: &&Fallback| {
+        evaluate(&fallback.condition, &scope, &mut Vec::new()) == Ok(Value::Bool(true))
+    };
+    let fallback = rules.fallbacks.iter().find(holds)?;
+    Some(
+        Diagnostic::new(
+            Code::NEVER_APPLIED,
+            fallback.condition.span,
+            "this holds of the first design already, so the search draws only this fallback",
+        )
+        .label("true before the first move")
+        .help("a fallback is for designs that have gone too far: is the comparison the wrong way round?"),
+    )
+}
+
+fn has_actuators(rules: &RuleSet, derivation: &Derivation) -> bool {
+    derivation.design.parts.keys().any(|id| derivation.design.belongs(rules, *id, &Group::Actuator))
+}
+
+fn never_applied(rules: &RuleSet, tried: &[Tried]) -> Vec<Diagnostic> {
+    let steps = rules.examples.values().flat_map(|example| &example.clauses);
+    let in_examples: BTreeSet<&str> = steps
+        .filter_map(|clause| match clause {
+            ExampleClause::Step { application, .. } => Some(application.rule.as_str()),
+            _ => None,
+        })
+        .collect();
+    let never = |(rule, tried): (&grammar_lang::ir::Rule, &Tried)| {
+        let drawn = tried.stopped.len();
+        if tried.applied > 0 || drawn < DRAWN || in_examples.contains(rule.name.as_str()) {
+            return None;
+        }
+        // The most frequent cause; of several, the first that was met.
+        let times = |cause: &Blocked| tried.stopped.iter().filter(|other| *other == cause).count();
+        let known = tried.stopped.iter().filter(|cause| is_final(cause));
+        let (cause, often) =
+            known.map(|cause| (cause, times(cause))).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        // What mostly waits for another design says nothing.
+        if 2 * tried.stopped.iter().filter(|cause| is_final(cause)).count() < drawn {
+            return None;
+        }
+        Some(
+            Diagnostic::new(
+                Code::NEVER_APPLIED,
+                rule.span,
+                format!("random walks never apply the rule `{}`", rule.name),
+            )
+            .label(format!("refused {drawn} times of {drawn}, {often} times because: {}", cause.sentence(rules)))
+            .help("change the rule or what stops it; `sgc audit` counts what stops each rule, and an example with this step shows that it can be applied"),
+        )
+    };
+    rules.rules.iter().zip(tried).filter_map(never).collect()
+}
+
+/// Whether what stopped a rule is more than that it waits for another design, or that an expression has no value, which other checks report.
+fn is_final(blocked: &Blocked) -> bool {
+    match blocked {
+        Blocked::Refused(_) | Blocked::Requirement(_) | Blocked::NoChange => true,
+        Blocked::NoMatch | Blocked::Needed | Blocked::Unsettled | Blocked::NoValue(_) => false,
+    }
+}
