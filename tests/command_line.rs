@@ -750,7 +750,11 @@ fn a_search_begins_with_a_saved_design() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let judged = sgc(&["eval", &swung, "--grammar", &numbers.to_string_lossy()]);
     assert_eq!(code(&judged), 1);
-    assert!(errors(&judged).contains("`size` is of type Angle where it was made"), "{}", errors(&judged));
+    assert!(
+        errors(&judged).contains("`size` is of type Angle in the grammar that made the design"),
+        "{}",
+        errors(&judged)
+    );
     let less = sgc(&["eval", &small, "--grammar", &grammar]);
     assert!(errors(&less).contains("was made with max_parts = 3"), "{}", errors(&less));
     let shorter =

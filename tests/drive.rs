@@ -102,7 +102,7 @@ fn eval_says_what_to_expect_of_the_robot_when_it_is_built() {
         "speed on `threads`",
         "simulated (`settled_speed`)",
         "(from the measured and simulated speeds of E, F and G on tendon)",
-        "of 3 lay where the others put it",
+        "of 3 lie in the interval that the others give",
     ] {
         assert!(text.contains(words), "{words}: {text}");
     }
@@ -437,7 +437,7 @@ fn a_curve_that_is_finer_than_the_points_of_a_board_is_refused() {
         let fast = searched(&format!("fast{beats}"), beats);
         let text = said(&fast);
         assert_eq!(fast.status.code(), Some(2), "{text}");
-        assert!(text.contains("goes straight between 64 points"), "{text}");
+        assert!(text.contains("interpolates linearly between 64 points"), "{text}");
     }
 }
 

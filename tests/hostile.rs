@@ -518,7 +518,7 @@ impl Loader for Endless {
 #[test]
 fn a_chain_of_imports_has_an_end() {
     let said = testing::findings(&Endless, "c0.sgr", "use \"./c1.sgr\"\n");
-    assert!(said.contains("E0106") && said.contains("more than 100 deep"), "{said}");
+    assert!(said.contains("E0106") && said.contains("more than 100 files long"), "{said}");
 }
 
 /// A row of patterns takes as long as all that they match together, multiplied: that comes to its end, and is told.

@@ -52,5 +52,6 @@ mod stops;
 mod study;
 mod support;
 mod tutorial;
+mod verdicts;
 mod view;
 mod worlds;

@@ -135,7 +135,7 @@ fn what_cannot_be_scored_is_told() {
 
     // One evaluation: the initial design, which has no actuators.
     let bare = run(&novel, &folder.path().join("bare"), "1");
-    says(&[&bare], 1, "its feature `connections` has no value: there is nothing to gather here");
+    says(&[&bare], 1, "its feature `connections` has no value: there are no values to combine here");
     says(&[&bare, &bare], 2, "is named twice");
     // By another path, too.
     says(&[&bare, &format!("{bare}/../bare")], 2, "is named twice");
@@ -147,7 +147,7 @@ fn what_cannot_be_scored_is_told() {
     let moved = run(&novel, &folder.path().join("moved"), "20");
     says(&[&moved, &others], 1, "which has another novelty set: judge all designs by one grammar");
     says(&[&moved, &others, "--grammar", path(&other)], 0, "3 designs in the set");
-    says(&[&plain, "--grammar", path(&other)], 0, "was made by `none`: here it is simulated as `other` says");
+    says(&[&plain, "--grammar", path(&other)], 0, "was made by `none`: here it is simulated with the model, the time and the target of `other`");
 }
 
 #[test]

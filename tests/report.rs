@@ -169,7 +169,10 @@ fn groups_are_compared_and_damage_is_told() {
     assert!(page.contains("was changed after it was saved") && page.matches("class=\"solid\"").count() == 1);
     for (other, told) in [
         (read(other.join("seed-7/best.design.json")), "it belongs to another run"),
-        (forged(&text.replacen("\"value\": ", "\"value\": 9", 1)), "another one than result.json says"),
+        (
+            forged(&text.replacen("\"value\": ", "\"value\": 9", 1)),
+            "its value differs from that in result.json",
+        ),
     ] {
         std::fs::write(&design, other).unwrap();
         assert_code(&report(&[&one]), 0);
@@ -237,7 +240,7 @@ fn groups_are_compared_and_damage_is_told() {
     changed.as_object_mut().unwrap().remove("sum");
     let text = read(result.clone());
     std::fs::write(&result, changed.to_string()).unwrap();
-    says(&[&one], "result.json is of grammar codesign and seed 50, and run.toml beside it of others");
+    says(&[&one], "belongs to grammar codesign and seed 50, but run.toml beside it names others");
     std::fs::write(&result, text).unwrap();
 
     // What a complete run was asked decides what its result means.

@@ -54,7 +54,7 @@ fn a_saved_design_is_what_it_says() {
     for (edit, what) in [
         (&term as &dyn Fn(&mut serde_json::Value), "the saved term `travel`"),
         (&value, "the saved value of the task"),
-        (&observed, "observed as `slid`"),
+        (&observed, "the observed value `slid`"),
         (&unit, "the saved unit"),
         (&cheap, "preferences that are not fulfilled"),
     ] {

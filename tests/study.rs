@@ -86,7 +86,7 @@ fn a_study_does_all_its_runs_and_says_what_matters() {
     assert!(results(&study) == before);
     begin(place, &EIGHT.replace("[6, 12]", "[6, 12, 9]"));
     let told = ok(&sgc(place, &["study", "legs.toml", "--plan"]));
-    assert!(told.contains("4 more runs are in it, 0 not any more"), "{told}");
+    assert!(told.contains("new runs: 4, removed runs: 0"), "{told}");
     let status = ok(&sgc(place, &["study", "status", "studies/legs"]));
     assert_eq!(status, "complete   8\nall        8\n", "a plan writes nothing");
     // A file of the same name in another folder is another study.
@@ -150,7 +150,7 @@ fn what_is_in_the_place_of_a_run_is_told() {
     std::fs::create_dir_all(&taken).unwrap();
     std::fs::write(taken.join("notes.txt"), "mine").unwrap();
     let refused = sgc(place, &["study", "legs.toml"]);
-    assert!(said(&refused).contains("\"notes.txt\" is there: move it elsewhere"), "{}", said(&refused));
+    assert!(said(&refused).contains("contains \"notes.txt\": move this elsewhere"), "{}", said(&refused));
     assert!(!said(&refused).contains("under way"), "{}", said(&refused));
     assert_ne!(refused.status.code(), Some(75));
     assert_eq!(std::fs::read_to_string(taken.join("notes.txt")).unwrap(), "mine");
@@ -293,7 +293,7 @@ fn a_submission_has_what_is_not_complete_and_its_tasks_do_it() {
         let beyond = ["study", "work", &out, "--submission", "1", "--task", "3", "--runs-per-task", "3"];
         let beyond = sgc(place, &beyond);
         assert_eq!(beyond.status.code(), Some(2), "{}", said(&beyond));
-        assert!(said(&beyond).contains("are the tasks 0 to 2"), "{}", said(&beyond));
+        assert!(said(&beyond).contains("make the tasks 0 to 2"), "{}", said(&beyond));
         let nothing = ok(&sgc(place, &arguments));
         assert!(nothing.contains("there is nothing to submit"), "{nothing}");
     }
@@ -362,7 +362,7 @@ fn a_study_goes_on_only_as_it_began() {
     ok(&sgc(place, &["study", "legs.toml", "--quiet"]));
     std::fs::write(place.join("legs.toml"), "grammar = \"quick.sgr\"\nevaluations = 20\nseeds = 1\n")
         .unwrap();
-    fails("seed-1 is a run of before with another text of its grammar");
+    fails("seed-1 is an earlier run with another text of its grammar");
     std::fs::remove_dir_all(place.join("studies")).unwrap();
     std::fs::write(place.join("quick.sgr"), &text).unwrap();
     ok(&sgc(place, &["study", "legs.toml", "--quiet"]));

@@ -603,10 +603,12 @@ fn what_is_to_be_looked_at_first_is_told() {
             format!("{mass}\"mass [kg]\" = [8.3, 8.4, 8.3]"),
             &["`cube.mass` is 1000 times the value in the grammar (8.3 g): are the units right?"],
         ),
-        (format!("{tip}[0.0095, 0.0099, 0.0093]"), &["times less than what the grammar says"]),
+        (format!("{tip}[0.0095, 0.0099, 0.0093]"), &["times less than the value in the grammar"]),
         (
             format!("{THREAD}\"angle [deg]\" = [-60, 0, 90]\n\"thread [mm]\" = [-15, 0, 21]"),
-            &["it was measured from -60 deg to 90 deg, and bends from -90 deg to 90 deg in the grammar"],
+            &[
+                "the measurements go from -60 deg to 90 deg, but the actuator bends from -90 deg to 90 deg in the grammar",
+            ],
         ),
         (format!("{THREAD}\"angle [deg]\" = [-90, 0, 90]\n\"thread [mm]\" = [-21, 0, 21]"), &[]),
         (
@@ -640,7 +642,7 @@ fn films_that_cannot_be_are_told() {
     let slip = warnings(&film("ms", 1.0, 90.0));
     assert!(slip.iter().any(|told| told.contains("are the units right?")), "{slip:?}");
     let short = warnings(&film("s", 1.0, 40.0));
-    assert!(short.iter().any(|told| told.contains("it was filmed up to a bend of 40 deg")), "{short:?}");
+    assert!(short.iter().any(|told| told.contains("the film ends at a bend of 40 deg")), "{short:?}");
 }
 
 /// One wrong picture at an end of a film moves the whole table: it is told. A motion that begins or ends fast is not.

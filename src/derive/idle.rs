@@ -1,10 +1,11 @@
 //! Rules that random walks draw and never apply, and walks that make no actuator.
 
 use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{Value, evaluate};
-use grammar_lang::ir::{ExampleClause, Fallback, Group, RuleSet};
+use grammar_lang::ir::{Effect, ExampleClause, Expr, ExprKind, Fallback, Group, Rule, RuleSet};
 
 use super::random::Stream;
 use super::{Blocked, Derivation, DesignScope};
@@ -18,6 +19,10 @@ const EFFORT: usize = 300_000;
 const CELL: usize = 20;
 /// How often a rule must have been drawn before it counts as one that is never applied.
 const DRAWN: usize = 12;
+/// How many operations the requirements may take in all walks together, each as often as there are rules that may be tried in a move.
+const ASKED: u64 = 20_000_000;
+/// An aggregate in a rule that runs over more whole numbers than this may take too long.
+const LONG: f64 = 100.0;
 /// How many moves must have been made before designs without an actuator count.
 const MADE: usize = 100;
 
@@ -37,6 +42,10 @@ struct Tried {
 #[must_use]
 pub fn check_walks(rules: &RuleSet) -> Vec<Diagnostic> {
     let Ok(first) = Derivation::start(rules, rules.from.as_deref()) else { return Vec::new() };
+    if rules.rules.iter().chain(&rules.always).any(takes_long) {
+        return Vec::new();
+    }
+    let asked = AtomicU64::new(ASKED);
     let mut tried = vec![Tried::default(); rules.rules.len()];
     let (mut left, mut made, mut has_actuators) = (EFFORT, 0, has_actuators(rules, &first));
     'walks: for walk in 0..WALKS {
@@ -48,6 +57,18 @@ pub fn check_walks(rules: &RuleSet) -> Vec<Diagnostic> {
             let effort = if rules.lattice.is_some() { CELL * size } else { size * size };
             match left.checked_sub(effort) {
                 Some(rest) => left = rest,
+                None => break 'walks,
+            }
+            // A move may try every rule, and each asks for all requirements.
+            let before = asked.load(Ordering::Relaxed);
+            let scope = DesignScope::new(rules, &derivation).within(&asked);
+            for requirement in &rules.requirements {
+                let _ = evaluate(&requirement.condition, &scope, &mut Vec::new());
+            }
+            let took = before - asked.load(Ordering::Relaxed);
+            let all = took.saturating_mul(rules.rules.len() as u64);
+            match before.checked_sub(all.max(took)) {
+                Some(rest) => asked.store(rest, Ordering::Relaxed),
                 None => break 'walks,
             }
             let step = derivation.advance(rules, &mut random, 0.0);
@@ -76,6 +97,28 @@ pub fn check_walks(rules: &RuleSet) -> Vec<Diagnostic> {
         );
     }
     found
+}
+
+/// Whether an expression of a rule runs over many numbers, or over who knows how many.
+fn takes_long(rule: &Rule) -> bool {
+    let is_long = |over: &Expr| match &over.kind {
+        ExprKind::Range(low, high) => match (&low.kind, &high.kind) {
+            (ExprKind::Number(low), ExprKind::Number(high)) => high - low > LONG,
+            _ => true,
+        },
+        _ => false,
+    };
+    let aggregates = |expr: &Expr| {
+        expr.any(&mut |e| match &e.kind {
+            ExprKind::Aggregate { binders, .. } => binders.iter().any(|binder| is_long(&binder.over)),
+            _ => false,
+        })
+    };
+    let conditions = rule.matches.iter().filter_map(|matched| matched.condition.as_ref());
+    let guards = rule.guards.iter().map(|guard| &guard.condition);
+    let drawn = rule.choices.iter().map(|choice| &choice.domain).chain([&rule.weight]);
+    let effects = rule.effects.iter().flat_map(Effect::exprs);
+    conditions.chain(guards).chain(drawn).chain(effects).any(aggregates)
 }
 
 /// A warning for a fallback whose condition holds of the first design: until it no longer does, no other rule is drawn.
@@ -108,7 +151,7 @@ fn never_applied(rules: &RuleSet, tried: &[Tried]) -> Vec<Diagnostic> {
             _ => None,
         })
         .collect();
-    let never = |(rule, tried): (&grammar_lang::ir::Rule, &Tried)| {
+    let never = |(rule, tried): (&Rule, &Tried)| {
         let drawn = tried.stopped.len();
         if tried.applied > 0 || drawn < DRAWN || in_examples.contains(rule.name.as_str()) {
             return None;

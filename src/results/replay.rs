@@ -260,6 +260,11 @@ impl<'r> Driven<'r> {
         (self.settings.duration / self.settings.record * elements <= MOST_POSES).then_some(self)
     }
 
+    /// Whether the objective has a value where nothing moves.
+    pub(super) fn has_value_at_rest(&self) -> bool {
+        score::has_value_at_rest(&self.drive, &self.parameters)
+    }
+
     /// What drives the body in the nominal world.
     fn control_law(&self) -> Result<ControlLaw<'r>, DesignError> {
         Ok(self.drive.control_law(&self.parameters)?)

@@ -262,12 +262,13 @@ fn held(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Option<Ch
     let found = value();
     // What hardly moves and hardly works has no ratio of the two.
     let direction = candidate.rules.tasks.get(&saved.name).map(|task| task.objective.direction)?;
-    let is_as_at_rest = |value: f64| saved.at_rest.is_some_and(|at_rest| (value - at_rest).abs() <= NOTHING);
+    let is_ratio =
+        || Driven::new(candidate, saved, how.precision).is_ok_and(|driven| !driven.has_value_at_rest());
     if let Ok((value, work)) = &found
         && *work < NO_WORK
-        && !is_as_at_rest(*value)
         && !candidate.body.actuators.is_empty()
         && direction.fitness(*value) > direction.fitness(saved.value) + NOTHING
+        && is_ratio()
     {
         let why = format!("no second opinion: it comes to {value:.4}, with next to no work");
         return Some(Check {

@@ -14,7 +14,7 @@ use grammar_lang::ir::{
 };
 
 pub use observed::{Observed, observe};
-pub use stillness::{at_rest, check_designs};
+pub use stillness::{at_rest, check_designs, has_value_at_rest};
 
 use crate::derive::{Candidate, Derivation, DesignScope};
 use crate::design::Body;

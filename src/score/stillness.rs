@@ -57,7 +57,10 @@ pub fn check_designs(compiled: &Compiled, entry: FileId, sources: &SourceMap) ->
     let mut found = check_driven(compiled, entry, sources);
     if let Some(rules) = compiled.ruleset.as_ref().filter(|_| !found.iter().any(Diagnostic::is_error)) {
         found.extend(check_still(rules));
-        found.extend(check_walks(rules));
+        // What cannot grow is told already, with the reason.
+        if compiled.diagnostics.iter().all(|known| known.code != Code::NO_ROOM) {
+            found.extend(check_walks(rules));
+        }
     }
     found
 }
@@ -92,6 +95,13 @@ pub fn at_rest(drive: &Drive<'_>, parameters: &[f64]) -> Option<Vec<f64>> {
     let values: Vec<f64> =
         drive.task().objectives().map(|objective| resting(&objective.value, &scope).unwrap_or(0.0)).collect();
     values.iter().all(|value| value.is_finite()).then_some(values)
+}
+
+/// Whether the objective of a task has a value where nothing moves: what is divided by a distance or by the work of actuators has none.
+#[must_use]
+pub fn has_value_at_rest(drive: &Drive<'_>, parameters: &[f64]) -> bool {
+    let motion = made_up(drive.candidate(), drive.task(), Tried::Still, 0.0);
+    objective(Recording::nominal(drive, parameters, &motion)).is_ok_and(f64::is_finite)
 }
 
 /// What an expression is where nothing moves. Of a sum with a part that has no value there, such as a distance by an energy of zero, it is

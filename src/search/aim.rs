@@ -144,6 +144,17 @@ mod tests {
         Aim::draw(objectives().iter(), front, &mut Stream::named(seed, "aim"))
     }
 
+    /// As long as there is no front, nothing says what is near zero: a loss of half of a small value is a loss.
+    #[test]
+    fn the_first_design_keeps_small_values_too() {
+        let (at_rest, each, closer) = ([0.0, 0.0], [10.0, 0.0084], [10.0, 0.0124]);
+        assert!(!aim(&[], 0).keeps(0.8, &at_rest, &each, &closer));
+        assert!(aim(&[], 0).keeps(0.8, &at_rest, &each, &[9.0, 0.0098]));
+        // Beside designs of 1 J, four millijoules are next to nothing.
+        let front = [vec![10.0, 0.0084], vec![20.0, 1.0]];
+        assert!(aim(&front, 0).keeps(0.8, &at_rest, &each, &closer));
+    }
+
     #[test]
     fn what_is_better_in_one_objective_and_no_worse_in_another_is_better_by_any_weights() {
         let front = [vec![10.0, 2.0], vec![40.0, 8.0]];
