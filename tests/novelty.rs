@@ -147,7 +147,11 @@ fn what_cannot_be_scored_is_told() {
     let moved = run(&novel, &folder.path().join("moved"), "20");
     says(&[&moved, &others], 1, "which has another novelty set: judge all designs by one grammar");
     says(&[&moved, &others, "--grammar", path(&other)], 0, "3 designs in the set");
-    says(&[&plain, "--grammar", path(&other)], 0, "was made by `none`: here it is simulated with the model, the time and the target of `other`");
+    says(
+        &[&plain, "--grammar", path(&other)],
+        0,
+        "was made by `none`: here it is simulated with the model, the time and the target of `other`",
+    );
 }
 
 #[test]

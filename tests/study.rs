@@ -113,7 +113,7 @@ fn what_is_somebodys_in_a_folder_stays() {
     ] {
         let refused = sgc(place, command);
         assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
-        assert!(said(&refused).contains("out holds \"study.toml\" and no study"), "{}", said(&refused));
+        assert!(said(&refused).contains("out contains \"study.toml\", but no study"), "{}", said(&refused));
         assert_eq!(read("out/study.toml"), "mine");
     }
     #[cfg(unix)]

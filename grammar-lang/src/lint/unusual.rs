@@ -5,7 +5,7 @@ use nalgebra::Point3;
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Made;
-use crate::ir::{Form, JointKind, Kind};
+use crate::ir::{Actuator, Form, JointKind, Kind, Prototype, Speed};
 use crate::source::Span;
 use crate::types::{USUAL, Usual};
 use crate::units;
@@ -41,6 +41,61 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             findings.push(stray);
         }
     }
+    findings.extend(rules.actuators.iter().filter_map(|(name, actuator)| short_table(known, name, actuator)));
+    findings.extend(rules.prototypes.iter().filter_map(|(name, prototype)| far_apart(name, prototype)));
+}
+
+/// A table of speeds that covers less than this share of what an actuator bends has the wrong unit.
+const COVERED: f64 = 0.25;
+
+/// A table of speeds by bend that covers hardly any of the bend.
+fn short_table(known: &Known<'_>, name: &str, actuator: &Actuator) -> Option<Diagnostic> {
+    let joint = actuator.joint.kind;
+    let (covered, range) = made(known, Kind::Actuator(actuator)).find_map(|(_, made)| {
+        let Ok(Made::Actuator(own)) = made else { return None };
+        let (low, high) = own.joint.range?;
+        let Speed::ByBend(table) = &own.motor.as_ref()?.speed else { return None };
+        let (first, last) = table.domain();
+        let covered = (last.min(high) - first.max(low)).max(0.0);
+        (covered < COVERED * (high - low)).then_some(((first, last), (low, high)))
+    })?;
+    let shown = |(low, high)| {
+        let end = |x: f64| units::shown(x, joint.driven());
+        format!("{} .. {}", end(low), end(high))
+    };
+    Some(
+        Diagnostic::new(
+            Code::UNUSUAL,
+            actuator.span,
+            format!("the table `{}` of `{name}` covers little of its range", joint.speed_field()),
+        )
+        .label(format!(
+            "the table goes from {}, the range is {}",
+            shown(covered).replace(" .. ", " to "),
+            shown(range)
+        ))
+        .help("outside the table the speed stays what it is at its end: is the unit of the table right?"),
+    )
+}
+
+/// A robot is no more than this many times as fast as it was simulated, and no slower than this share of it.
+const FASTER: f64 = 10.0;
+const SLOWER: f64 = 1e-3;
+
+/// A prototype whose two speeds are so far apart that one of them has another unit.
+fn far_apart(name: &str, prototype: &Prototype) -> Option<Diagnostic> {
+    let ratio = prototype.measured / prototype.simulated;
+    let speed =
+        |x: f64| units::shown(x, units::Dimension::LENGTH.over(units::Dimension::TIME).unwrap_or_default());
+    (!(SLOWER..=FASTER).contains(&ratio)).then(|| {
+        Diagnostic::new(
+            Code::UNUSUAL,
+            prototype.span,
+            format!("the speeds of the prototype `{name}` are far apart"),
+        )
+        .label(format!("{} simulated, {} measured", speed(prototype.simulated), speed(prototype.measured)))
+        .help("are both units right?")
+    })
 }
 
 /// The value of a field of one part, in SI units, and what is usual, where it is not.
