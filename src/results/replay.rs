@@ -206,6 +206,12 @@ pub(crate) fn candidate<'r>(rules: &'r RuleSet, design: &SavedDesign) -> Result<
     Ok(Candidate::new(rules, Arc::new(derivation)))
 }
 
+/// The closest look records so many times as often as the model says: what shakes between two frames and between two of those at half the
+/// step, which are twice as many, does not shake in time with these.
+const OFTENER: f64 = 7.0;
+/// Unless a motion would then have more poses than this: there may be one for each of many worlds.
+const POSES_EACH: f64 = 300_000.0;
+
 /// What drives a design in a task.
 pub(super) struct Driven<'r> {
     drive: Drive<'r>,
@@ -249,7 +255,13 @@ impl<'r> Driven<'r> {
         precision: Precision,
     ) -> Result<Self, DesignError> {
         let (drive, parameters) = drive_of(candidate, saved)?;
-        let settings = precision.apply(&drive.task().model)?;
+        let model = &drive.task().model;
+        let mut settings = precision.apply(model)?;
+        let elements = candidate.body.assembly.elements.len() as f64;
+        let often = model.record / OFTENER;
+        if matches!(precision, Precision::Finest) && settings.duration / often * elements <= POSES_EACH {
+            settings.record = often;
+        }
         Ok(Self { drive, parameters, settings })
     }
 
