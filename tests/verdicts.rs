@@ -50,3 +50,30 @@ fn a_robot_that_is_worse_than_one_at_rest_is_no_robot_to_look_at() {
     }
     assert!(worse > 0);
 }
+
+/// What shakes in time with frames is seen by closer looks, which record more often: of an arc they see more. At half the
+/// step there are twice as many frames, and at an eighth seven times as many.
+#[test]
+fn closer_looks_record_more_often() {
+    let folder = tempfile::tempdir().unwrap();
+    let (said, value, _) = run(folder.path(), &read("tests/rotor.sgr"), "rotor", &["--max-evals", "3"]);
+    let best = std::fs::read_to_string(folder.path().join("rotor/best.design.json")).unwrap();
+    let best: serde_json::Value = serde_json::from_str(&best).unwrap();
+    let check = |name: &str| {
+        let checks = best["tasks"][0]["checks"].as_array().unwrap();
+        let one = checks.iter().find(|check| check["name"].as_str().unwrap().contains(name));
+        one.unwrap_or_else(|| panic!("{name}: {said}"))["value"].as_f64().unwrap()
+    };
+    // Chord over arc of an angle; the arm turns by so many degrees in a frame.
+    let seen = |degrees: f64| libm::sin(degrees.to_radians() / 2.0) / (degrees.to_radians() / 2.0);
+    let speed = best["tasks"][0]["drive"][0][1].as_f64().unwrap().to_degrees();
+    let turn = speed / 10.0;
+    for (name, times) in [("half the step, finer", 2.0), ("an eighth of the step", 7.0)] {
+        let due = seen(turn / times) / seen(turn);
+        assert!(
+            (check(name) / value / due - 1.0).abs() < 1e-3,
+            "{name}: {} {value} {due} {said}",
+            check(name)
+        );
+    }
+}
