@@ -1,5 +1,7 @@
 //! What the expressions of the derivation can read: the design so far.
 
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
 use std::sync::atomic::AtomicU64;
 
 use grammar_lang::eval::{Domain, Made, Reference, Scope, Value};
@@ -20,13 +22,15 @@ pub struct DesignScope<'a> {
     made: Option<&'a Design>,
     /// How many operations all that is evaluated may still take together.
     left: Option<&'a AtomicU64>,
+    /// How deep each part is, once it is asked for: before the step, and in what the rule has made.
+    depths: [OnceLock<BTreeMap<PartId, usize>>; 2],
 }
 
 impl<'a> DesignScope<'a> {
     /// Sees a design.
     #[must_use]
     pub fn new(rules: &'a RuleSet, derivation: &'a Derivation) -> Self {
-        Self { rules, derivation, temperature: None, made: None, left: None }
+        Self { rules, derivation, temperature: None, made: None, left: None, depths: Default::default() }
     }
 
     /// Sees the temperature, too.
@@ -141,7 +145,10 @@ impl<'a> DesignScope<'a> {
                 let mirror = matches!(self.rules.symmetry, Symmetry::Mirror(_));
                 Value::Bool(mirror && !part.alone && part.image == 0 && design.twin(id) == id)
             }
-            PartAttribute::Depth => Value::Number(design.depth(id) as f64),
+            PartAttribute::Depth => {
+                let known = &self.depths[usize::from(!std::ptr::eq(design, self.design()))];
+                Value::Number(*known.get_or_init(|| design.depths()).get(&id)? as f64)
+            }
             PartAttribute::Mass => Value::Number(design.mass(id)?),
             // The core holds itself.
             PartAttribute::Holder => {

@@ -259,16 +259,24 @@ impl Design {
         self.orbit(id).into_iter().find(|other| *other != id).unwrap_or(id)
     }
 
-    /// How many joints lie between a part and the core.
+    /// How many joints lie between each part and the core.
     #[must_use]
-    pub fn depth(&self, id: PartId) -> usize {
-        let mut depth = 0;
-        let mut at = id;
-        while let Some((holder, _)) = self.parts.get(&at).and_then(|p| p.held_by) {
-            depth += 1;
-            at = holder;
+    pub fn depths(&self) -> BTreeMap<PartId, usize> {
+        let mut depths = BTreeMap::new();
+        for &id in self.parts.keys() {
+            let mut way = Vec::new();
+            let mut at = id;
+            // Up to the core, or to a part whose depth is known.
+            while let Some((holder, _)) =
+                self.parts.get(&at).filter(|_| !depths.contains_key(&at)).and_then(|p| p.held_by)
+            {
+                way.push(at);
+                at = holder;
+            }
+            let first = *depths.entry(at).or_insert(0_usize);
+            depths.extend(way.into_iter().rev().zip(first + 1..));
         }
-        depth
+        depths
     }
 
     /// The mass of a part, kg.

@@ -261,7 +261,8 @@ fn held(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Option<Ch
     };
     let found = value();
     // What hardly moves and hardly works has no ratio of the two.
-    let direction = candidate.rules.tasks.get(&saved.name).map(|task| task.objective.direction)?;
+    let objective = candidate.rules.tasks.get(&saved.name).map(|task| &task.objective)?;
+    let direction = objective.direction;
     let is_ratio =
         || Driven::new(candidate, saved, how.precision).is_ok_and(|driven| !driven.has_value_at_rest());
     if let Ok((value, work)) = &found
@@ -270,7 +271,8 @@ fn held(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Option<Ch
         && direction.fitness(*value) > direction.fitness(saved.value) + NOTHING
         && is_ratio()
     {
-        let why = format!("no second opinion: it comes to {value:.4}, with next to no work");
+        let value = describe::quantity(*value, &objective.unit);
+        let why = format!("no second opinion: it comes to {value}, with next to no work");
         return Some(Check {
             name: HELD.to_owned(),
             value: None,

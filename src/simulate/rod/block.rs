@@ -79,8 +79,7 @@ impl Triangle {
     #[inline(always)]
     fn eliminate<const COLUMN: usize>(&mut self) -> bool {
         let mut own = self.columns[COLUMN];
-        // Not so for what is not a number, either.
-        if !(own[COLUMN] > 0.0) {
+        if own[COLUMN].is_nan() || own[COLUMN] <= 0.0 {
             return false;
         }
         own[COLUMN] = own[COLUMN].sqrt();
