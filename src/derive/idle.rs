@@ -21,8 +21,8 @@ const CELL: usize = 20;
 const DRAWN: usize = 12;
 /// How many operations the requirements may take in all walks together, each as often as there are rules that may be tried in a move.
 const ASKED: u64 = 20_000_000;
-/// An aggregate in a rule that runs over more whole numbers than this may take too long.
-const LONG: f64 = 100.0;
+/// An expression of a rule that runs over more combinations than this may take too long.
+const LONG: f64 = 1e6;
 /// How many moves must have been made before designs without an actuator count.
 const MADE: usize = 100;
 
@@ -42,7 +42,8 @@ struct Tried {
 #[must_use]
 pub fn check_walks(rules: &RuleSet) -> Vec<Diagnostic> {
     let Ok(first) = Derivation::start(rules, rules.from.as_deref()) else { return Vec::new() };
-    if rules.rules.iter().chain(&rules.always).any(takes_long) {
+    let most = (first.design.parts.len() + MOVES) as f64;
+    if rules.rules.iter().chain(&rules.always).any(|rule| takes_long(rule, most)) {
         return Vec::new();
     }
     let asked = AtomicU64::new(ASKED);
@@ -99,26 +100,30 @@ pub fn check_walks(rules: &RuleSet) -> Vec<Diagnostic> {
     found
 }
 
-/// Whether an expression of a rule runs over many numbers, or over who knows how many.
-fn takes_long(rule: &Rule) -> bool {
-    let is_long = |over: &Expr| match &over.kind {
+/// Whether an expression of a rule may run over too many combinations, in a design with so many parts. All its aggregates count as if one
+/// stood in the other.
+fn takes_long(rule: &Rule, parts: f64) -> bool {
+    let width = |over: &Expr| match &over.kind {
         ExprKind::Range(low, high) => match (&low.kind, &high.kind) {
-            (ExprKind::Number(low), ExprKind::Number(high)) => high - low > LONG,
-            _ => true,
+            (ExprKind::Number(low), ExprKind::Number(high)) => high - low + 1.0,
+            _ => f64::INFINITY,
         },
-        _ => false,
+        _ => parts,
     };
-    let aggregates = |expr: &Expr| {
-        expr.any(&mut |e| match &e.kind {
-            ExprKind::Aggregate { binders, .. } => binders.iter().any(|binder| is_long(&binder.over)),
-            _ => false,
+    let is_long = |expr: &Expr| {
+        let mut combinations = 1.0;
+        expr.any(&mut |e| {
+            if let ExprKind::Aggregate { binders, .. } = &e.kind {
+                combinations *= binders.iter().map(|binder| width(&binder.over)).product::<f64>();
+            }
+            combinations > LONG
         })
     };
     let conditions = rule.matches.iter().filter_map(|matched| matched.condition.as_ref());
     let guards = rule.guards.iter().map(|guard| &guard.condition);
     let drawn = rule.choices.iter().map(|choice| &choice.domain).chain([&rule.weight]);
     let effects = rule.effects.iter().flat_map(Effect::exprs);
-    conditions.chain(guards).chain(drawn).chain(effects).any(aggregates)
+    conditions.chain(guards).chain(drawn).chain(effects).any(is_long)
 }
 
 /// A warning for a fallback whose condition holds of the first design: until it no longer does, no other rule is drawn.
