@@ -75,7 +75,7 @@ pub(super) fn check_own_designs(run: &Path) -> Result<(), FileError> {
 }
 
 /// The designs of a run that are there.
-fn designs(run: &Path) -> Vec<PathBuf> {
+pub(super) fn designs(run: &Path) -> Vec<PathBuf> {
     let within = |folder: &str, is_design: fn(&str) -> bool| {
         let folder = run.join(folder);
         let names = entries(&folder).unwrap_or_default().into_iter().filter(move |name| is_design(name));

@@ -100,6 +100,12 @@ pub enum Unwritable {
     /// It is a device, a pipe or a folder.
     #[error("it is not a regular file")]
     NotRegular,
+    /// Its folder is missing.
+    #[error("there is no folder {}: make it first, or choose another place", folder.display())]
+    NoFolder {
+        /// The folder that it should be in.
+        folder: PathBuf,
+    },
     /// A folder cannot be made here.
     #[error("{0}; choose another place with --out")]
     NoPlace(io::Error),

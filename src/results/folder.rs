@@ -9,6 +9,7 @@ use grammar_lang::source::SourceMap;
 use sha2::{Digest, Sha256};
 
 use super::checkpoint::Checkpoint;
+use super::edited::designs;
 use super::elsewhere::{self, Tested};
 use super::evals::{Evals, More};
 use super::genuine;
@@ -173,19 +174,18 @@ impl RunFolder {
         let (rules, sources) = grammar.compile_with_sources(&asked.sgc).map_err(FileError::inside(path))?;
         let state =
             checkpoint.state.restore(&rules).map_err(DesignError::Step).map_err(FileError::inside(path))?;
-        let best = path.join(BEST);
-        if best.exists() {
+        for file in designs(path) {
             // The run would write its own over it.
             let of_run = |design: &SavedDesign| genuine::check_run(design, &asked, None);
-            let own = SavedDesign::read_own(&best)
-                .and_then(|design| of_run(&design).map_err(FileError::inside(&best)));
-            own.map_err(|why| FileError::unfit(&best, Unfit::NotOwn { why: why.to_string() }))?;
+            let own = SavedDesign::read_own(&file)
+                .and_then(|design| of_run(&design).map_err(FileError::inside(&file)));
+            own.map_err(|why| FileError::unfit(&file, Unfit::NotOwn { why: why.to_string() }))?;
         }
         let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals, More::of(&rules))?;
         leftovers::clear_within(path);
         // A process that was killed before its first best leaves the run that it was to replace: it goes
         // on waiting until there is a best.
-        let waits = !best.exists() && leftovers::replaces(&asked.command);
+        let waits = !path.join(BEST).exists() && leftovers::replaces(&asked.command);
         let replaced = if waits { leftovers::older(path) } else { None };
         if replaced.is_none() {
             leftovers::clear(path, leftovers::replaces(&asked.command));

@@ -1,7 +1,7 @@
 //! Files that are written whole or not at all.
 
 use std::fs;
-use std::io::ErrorKind::{InvalidInput, PermissionDenied, Unsupported};
+use std::io::ErrorKind::{InvalidInput, NotFound, PermissionDenied, Unsupported};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -209,7 +209,12 @@ fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> 
     // As any other file: readable by whom the user's mask allows.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = begin(|| builder.tempfile_in(parent)).map_err(fault)?;
+    let file = begin(|| builder.tempfile_in(parent)).map_err(|why| match why.kind() {
+        NotFound => FileError::write(named)(Unwritable::NoFolder { folder: parent.to_owned() }),
+        // The error names the file that is written first, which nobody has asked for.
+        kind @ PermissionDenied => fault(kind.into()),
+        _ => fault(why),
+    })?;
     let place = file.path().to_owned();
     let under_way = UnderWay(&place);
     let mut open = file.as_file();

@@ -157,7 +157,9 @@ impl StudyFile {
         for factor in &factors {
             let name = factor.of.name();
             if factor.levels.is_empty() {
-                return wrong(format!("`{name}` lists no value; give one, or leave the line out"));
+                // Every study has a grammar.
+                let or = if factor.of == Of::Grammar { "" } else { ", or leave the line out" };
+                return wrong(format!("`{name}` lists no value; give one{or}"));
             }
             if let (Of::Case, Some(twice)) = (&factor.of, repeated(&factor.levels)) {
                 return wrong(format!("two cases are called \"{twice}\"; give each a name of its own"));
@@ -336,7 +338,7 @@ mod tests {
         for (text, told) in [
             ("grammar = \"a.sgr\"\nseeds = \"1-10\"", "write \"1..10\""),
             ("grammar = \"a.sgr\"\nseeds = [1, 1]", "lists 1 twice"),
-            ("grammar = []", "`grammar` lists no value"),
+            ("grammar = []", "`grammar` lists no value; give one"),
             ("grammar = \"a.sgr\"\nevaluations = [10, 10]", "`evaluations` lists 10 twice"),
             ("grammar = \"a.sgr\"\nseed = 3", "unknown field `seed`"),
             ("seeds = 3", "missing field `grammar`"),

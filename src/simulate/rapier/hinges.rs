@@ -331,6 +331,8 @@ pub(super) fn parameters(settings: &Settings, substeps: usize) -> IntegrationPar
         num_internal_pgs_iterations: settings.iterations,
         friction_model: FrictionModel::Coulomb,
         contact_recycling: false,
+        // By default rapier slows down what is faster than 400 of its units per second, here centimetres. Our own limit refuses it.
+        normalized_max_linear_velocity: f32::MAX,
         ..IntegrationParameters::default()
     }
 }

@@ -38,6 +38,15 @@ enum Drive {
     Own,
 }
 
+/// What a drive does in a step, J.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Work {
+    /// Where it pushes, at a speed that changes evenly within the step.
+    pub(super) positive: f64,
+    /// Impulse times the speed after the step. An implicit step gains less kinetic energy than this.
+    pub(super) allowed: f64,
+}
+
 /// A link between a body and its parent.
 #[derive(Clone, Debug)]
 pub(super) struct Link {
@@ -70,6 +79,8 @@ pub(super) struct Action {
     at: Vector3<f64>,
     /// Its axes now.
     axes: Matrix3<f64>,
+    /// How fast what is driven moves where the step begins, rad/s or m/s.
+    began: f64,
     /// Its deformation: turns in rad, then shifts in m.
     pub(super) deformation: [f64; 6],
     /// Of the springs where the step begins, on the child.
@@ -254,8 +265,10 @@ impl Link {
         let (mut stiffness, mut damping) = (self.stiffness, self.damping);
         let mut effort: [f64; 6] = std::array::from_fn(|axis| stiffness[axis] * deformation[axis]);
         let own = self.driven;
-        let mut action = Action { at, axes, deformation, effort, stiffness, damping, motor: None };
+        let mut action =
+            Action { at, axes, began: 0.0, deformation, effort, stiffness, damping, motor: None };
         let rate = action.rates(parent, body)[own];
+        action.began = rate;
         effort[own] = match self.drive {
             Drive::Position | Drive::Own => stiffness[own] * (deformation[own] - target),
             Drive::Speed => -damping[own] * target,
@@ -292,16 +305,22 @@ impl Link {
         sum
     }
 
-    /// The work that its drive does in a step after which the bodies move so, J.
+    /// What its drive does in a step after which the bodies move so.
     #[inline(always)]
-    pub(super) fn work(&self, action: &Action, parent: &Place, body: &Place, step: f64) -> f64 {
+    pub(super) fn work(&self, action: &Action, parent: &Place, body: &Place, step: f64) -> Work {
         let own = self.driven;
         let rate = action.rates(parent, body)[own];
-        if let Some(motor) = &action.motor {
-            return motor.impulse(rate) * rate;
-        }
-        let effort = action.effort[own] + (action.stiffness[own] * step + action.damping[own]) * rate;
-        -effort * rate * step
+        let impulse = if let Some(motor) = &action.motor {
+            motor.impulse(rate)
+        } else {
+            let effort = action.effort[own] + (action.stiffness[own] * step + action.damping[own]) * rate;
+            -effort * step
+        };
+        let (first, last) = (impulse * action.began, impulse * rate);
+        let pushed = first.max(0.0) + last.max(0.0);
+        // Where the joint turns round within the step, it pushes for a part of it.
+        let share = if pushed > 0.0 { pushed / (first.abs() + last.abs()) } else { 0.0 };
+        Work { positive: 0.5 * pushed * share, allowed: last }
     }
 
     /// How the speed of what is driven follows from those of the two bodies, the child's first: along their velocities and spins.

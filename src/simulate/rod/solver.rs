@@ -9,7 +9,7 @@ use super::contacts::{self, Contact, Drive, Law, Spot, WAYS};
 use super::discs::{Beam, Discs, Link as From, Part};
 use super::factor::{TreeFactor, TreeMatrix};
 use super::ground::{Near, Sole};
-use super::links::{Action, Link, Place};
+use super::links::{Action, Link, Place, Work};
 use super::touches::Touches;
 use super::turns;
 use crate::simulate::lowering::{self, Lowered, Piece};
@@ -80,8 +80,10 @@ pub(super) struct Rods {
     momenta: Vec<Momentum>,
     targets: Vec<f64>,
     actions: Vec<Action>,
-    /// The work of the drive of each link: all of it, and what was positive, J.
-    work: Vec<[f64; 2]>,
+    /// The positive work that the drive of each link has done, J.
+    work: Vec<f64>,
+    /// What all drives may have added to the energy so far, J.
+    added: f64,
     /// Impulses of each link in the last step, N m s or N s: of its drive, and of the two ends of its range.
     pushes: Vec<[f64; 3]>,
     /// Impulses of contacts in the last step by number, N s.
@@ -172,7 +174,8 @@ impl Rods {
             bodies,
             places: rest.clone(),
             rest,
-            work: vec![[0.0; 2]; links.len()],
+            work: vec![0.0; links.len()],
+            added: 0.0,
             pushes: vec![[0.0; 3]; links.len()],
             links,
             pieces: lowered.pieces.clone(),
@@ -202,7 +205,8 @@ impl Rods {
         self.momenta.clear();
         self.momenta.resize(self.bodies.len(), still);
         self.targets.fill(0.0);
-        self.work.fill([0.0; 2]);
+        self.work.fill(0.0);
+        self.added = 0.0;
         self.pushes.fill([0.0; 3]);
         self.remembered.fill(Vector3::zeros());
         self.actions.clear();
@@ -366,11 +370,12 @@ impl Rods {
             let place = &mut self.places[number];
             (place.velocity, place.spin) = (velocity, spin);
         }
-        for ((link, action), [all, positive]) in self.links.iter().zip(&self.actions).zip(&mut self.work) {
+        for ((link, action), work) in self.links.iter().zip(&self.actions).zip(&mut self.work) {
             if link.is_driven() {
-                let done = link.work(action, &self.places[link.parent], &self.places[link.body], step);
-                *all += done;
-                *positive += done.max(0.0);
+                let Work { positive, allowed } =
+                    link.work(action, &self.places[link.parent], &self.places[link.body], step);
+                *work += positive;
+                self.added += allowed;
             }
         }
         for place in &mut self.places {
@@ -383,8 +388,7 @@ impl Rods {
     /// How much more energy there is than there was at least, but for the work of drives, J: in truth it only falls.
     #[inline(always)]
     fn gained(&mut self) -> f64 {
-        let work: f64 = self.work.iter().map(|[all, _]| all).sum();
-        let balance = self.energy() - work;
+        let balance = self.energy() - self.added;
         self.lowest = self.lowest.min(balance);
         balance - self.lowest
     }
@@ -599,9 +603,9 @@ impl Stepper for Rods {
     fn work(&self, _: usize, joint: usize) -> f64 {
         match self.readings[joint] {
             Reading::OfBeam { beam, hinges } => {
-                self.beams[beam].iter().map(|link| self.work[*link][1]).sum::<f64>() / hinges as f64
+                self.beams[beam].iter().map(|link| self.work[*link]).sum::<f64>() / hinges as f64
             }
-            Reading::OfLink { link } => self.work[link][1],
+            Reading::OfLink { link } => self.work[link],
         }
     }
 

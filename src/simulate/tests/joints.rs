@@ -185,13 +185,12 @@ fn turning_round_costs_the_energy_of_the_speed() {
         // From step to step, or the speed that is asked for would change slowly.
         let angles = (0..600).map(|step| if step / 60 % 2 == 0 { asked } else { -asked }).collect();
         let drive = Targets { interval: 1.0 / 240.0, actuators: 1, angles };
-        let motion = run("articulated", &stand(disc.clone(), motor), &finely(2.5), &drive);
+        let body = stand(disc.clone(), motor);
         let energy = 10.0 * 0.5 * inertia * asked * asked;
-        assert!(
-            (motion.work[0] / energy - 1.0).abs() < 0.03,
-            "{steps} steps: {} J for {energy}",
-            motion.work[0]
-        );
+        for name in ["articulated", "rod"] {
+            let work = run(name, &body, &finely(2.5), &drive).work[0];
+            assert!((work / energy - 1.0).abs() < 0.03, "{name}, {steps} steps: {work} J for {energy}");
+        }
     }
 }
 
@@ -204,11 +203,17 @@ fn a_strong_motor_does_not_overshoot() {
         let motor = Dof { damping, ..along_x(Travel::Turn, Control::Speed { actuator: 0, times: 1.0 }) };
         let angles = (0..600).map(|step| if step / 60 % 2 == 0 { asked } else { 0.0 }).collect();
         let drive = Targets { interval: 1.0 / 240.0, actuators: 1, angles };
-        let motion = run("articulated", &stand(disc.clone(), motor), &finely(2.5), &drive);
-        let most = motion.bends.iter().fold(0.0_f64, |most, speed| most.max(*speed));
-        assert!(most < 1.05 * asked, "{damping}: {most} rad/s");
+        let body = stand(disc.clone(), motor);
         let energy = 5.0 * 0.5 * inertia * asked * asked;
-        assert!((motion.work[0] / energy - 1.0).abs() < 0.1, "{damping}: {} J for {energy}", motion.work[0]);
+        for name in ["articulated", "rod"] {
+            let motion = run(name, &body, &finely(2.5), &drive);
+            let most = motion.bends.iter().fold(0.0_f64, |most, speed| most.max(*speed));
+            assert!(most < 1.05 * asked, "{name}, {damping}: {most} rad/s");
+            let work = motion.work[0];
+            // The rods' motors tremble where they are much too strong.
+            let most = if name == "rod" { 0.25 } else { 0.1 };
+            assert!((work / energy - 1.0).abs() < most, "{name}, {damping}: {work} J for {energy}");
+        }
     }
 }
 

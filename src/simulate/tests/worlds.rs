@@ -68,7 +68,6 @@ fn worlds_do_not_see_each_other() {
 /// A block on a slope stays where friction is more than the slope, and slides as it should where it is less.
 #[test]
 fn a_block_slides_down_a_slope_that_is_too_steep() {
-    let slope = 0.3;
     let block = Assembly { elements: vec![cube(Vector3::zeros())], ..Assembly::default() };
     let balls = lattice(&cells([0, 0, 0], [3, 3, 3]));
     for (name, body, settings) in [
@@ -76,7 +75,8 @@ fn a_block_slides_down_a_slope_that_is_too_steep() {
         ("rapier", &block, during(1.0)),
         ("balls", &balls, lattice_settings(0.5)),
     ] {
-        for grip in [0.1, 0.2, 0.5] {
+        // On the steep one it gets faster than 4 m/s.
+        for (slope, grip) in [(0.3, 0.1), (0.3, 0.2), (0.3, 0.5), (0.7, 0.1)] {
             // The coefficient of a contact is the root of the product of two.
             let own = body.elements[0].friction;
             let world = World { slope, ground_friction: Some(grip * grip / own), ..World::NOMINAL };
@@ -89,9 +89,13 @@ fn a_block_slides_down_a_slope_that_is_too_steep() {
                 let pull = (libm::sin(slope) - grip * libm::cos(slope)).max(0.0) * settings.gravity;
                 let due = -pull * end * end / 2.0;
                 let error = (way - Vector3::x() * due).norm();
-                // A box that slides has a tenth too little friction in rapier.
+                // A box that slides has 6 % too little friction in rapier: it solves both directions at a contact together, and then
+                // caps the length of the impulse.
                 let share = if name == "rapier" { 0.15 } else { 0.03 };
-                assert!(error < share * due.abs() + 2e-3, "{name}, grip {grip}: {way} for {due}");
+                assert!(
+                    error < share * due.abs() + 2e-3,
+                    "{name}, slope {slope}, grip {grip}: {way} for {due}"
+                );
             }
         }
     }
