@@ -20,3 +20,4 @@ pub mod search;
 pub mod simulate;
 pub mod study;
 pub mod testing;
+pub mod trials;

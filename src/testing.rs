@@ -25,7 +25,7 @@ use grammar_lang::testing::{rule_set, shown};
 use crate::derive::{Derivation, run_example};
 use crate::loader::{Folder, read_text};
 use crate::results::describe;
-use crate::score::check_designs;
+use crate::trials::check_motions;
 
 /// A file that has been read and checked.
 struct Checked {
@@ -45,7 +45,7 @@ impl Checked {
         let mut sources = SourceMap::default();
         let entry = sources.add(name, text);
         let compiled = grammar_lang::compile(&loader, &mut sources, entry, &[], None);
-        let mut findings = compiled.told(check_designs(&compiled, entry, &sources));
+        let mut findings = compiled.told(check_motions(&compiled, entry, &sources));
         let sound = !findings.iter().any(Diagnostic::is_error);
         if sound && compiled.offers.len() < 2 {
             findings.extend(compiled.unneeded(entry));

@@ -18,6 +18,7 @@ const ENGINE: &[&str] = &[
     "scenarios",
     "score",
     "search",
+    "trials",
     "hardware",
     "results",
     "calibrate",

@@ -11,7 +11,7 @@ use grammar_lang::diagnostics::{Diagnostic, apply};
 use grammar_lang::source::SourceMap;
 use sgc::derive::run_example;
 use sgc::loader::Files;
-use sgc::score::check_designs;
+use sgc::trials::check_motions;
 
 use crate::support::{read, root};
 
@@ -114,7 +114,7 @@ fn check(name: &str, text: &str) -> (Vec<Diagnostic>, SourceMap) {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
     let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
-    let mut found = compiled.told(check_designs(&compiled, entry, &sources));
+    let mut found = compiled.told(check_motions(&compiled, entry, &sources));
     if compiled.offers.len() < 2 && !found.iter().any(Diagnostic::is_error) {
         found.extend(compiled.unneeded(entry));
     }

@@ -11,7 +11,7 @@ use grammar_lang::diagnostics::{CODES, Code, Diagnostic, apply};
 use grammar_lang::source::SourceMap;
 use sgc::derive::run_example;
 use sgc::loader::Frozen;
-use sgc::score::check_designs;
+use sgc::trials::check_motions;
 
 /// The files of an example by name.
 fn files(block: &str) -> BTreeMap<String, String> {
@@ -67,7 +67,7 @@ fn check_one(
     let entry = sources.add("main.sgr", files["main.sgr"].as_str());
     let loader = Frozen { texts: files.clone() };
     let compiled = grammar_lang::compile(&loader, &mut sources, entry, overrides, wanted);
-    let mut found = compiled.told(check_designs(&compiled, entry, &sources));
+    let mut found = compiled.told(check_motions(&compiled, entry, &sources));
     if compiled.offers.len() < 2 && !found.iter().any(Diagnostic::is_error) {
         found.extend(compiled.unneeded(entry));
     }

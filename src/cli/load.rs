@@ -18,8 +18,8 @@ use crate::derive::{Candidate, Derivation};
 use crate::loader::{Files, read_text};
 use crate::reading;
 pub(super) use crate::results::describe::no_value;
-use crate::score::check_designs;
 use crate::search;
+use crate::trials::check_motions;
 
 /// What messages call standard input.
 pub(super) const STDIN: &str = "<stdin>";
@@ -107,7 +107,7 @@ fn check_with(
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
     let compiled = compiler.compile(&mut sources, entry, overrides, wanted);
-    let mut diagnostics = compiled.told(check_designs(&compiled, entry, &sources));
+    let mut diagnostics = compiled.told(check_motions(&compiled, entry, &sources));
     // Warnings are shown once there are no errors.
     if !diagnostics.iter().any(Diagnostic::is_error)
         && let Some(error) = compiled.ruleset.as_ref().and_then(unfit)

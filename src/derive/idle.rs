@@ -23,8 +23,10 @@ const DRAWN: usize = 12;
 const ASKED: u64 = 20_000_000;
 /// An expression of a rule that runs over more combinations than this may take too long.
 const LONG: f64 = 1e6;
-/// How many moves must have been made before designs without an actuator count.
+/// How many moves must have been made before designs without an actuator count, and those that do not grow.
 const MADE: usize = 100;
+/// Designs do not grow if only one of so many has more parts than the first.
+const GROWN: usize = 4;
 
 /// What became of a rule.
 #[derive(Clone, Default)]
@@ -34,18 +36,28 @@ struct Tried {
     stopped: Vec<Blocked>,
 }
 
-/// A warning for each rule that a number of random walks from the first design draw often and never apply, unless an example applies
-/// it, and one if no design of these walks has an actuator to drive.
+/// What random walks from the first design come to.
+#[derive(Debug, Default)]
+pub struct Walks {
+    /// A warning for each rule that is drawn often and never applied, unless an example applies it; one if no design has an actuator to
+    /// drive, and one if designs do not grow.
+    pub found: Vec<Diagnostic>,
+    /// The last design of each walk.
+    pub ends: Vec<Derivation>,
+}
+
+/// Makes a number of random walks from the first design.
 ///
-/// The walks are always the same. A rule that matches nowhere may wait for a design that they do not reach: it counts only if
-/// something else stops it, too.
+/// The walks are always the same. A rule that matches nowhere may wait for a design that they do not reach: it counts as one that is
+/// never applied only if something else stops it, too.
 #[must_use]
-pub fn check_walks(rules: &RuleSet) -> Vec<Diagnostic> {
-    let Ok(first) = Derivation::start(rules, rules.from.as_deref()) else { return Vec::new() };
+pub fn walk(rules: &RuleSet) -> Walks {
+    let Ok(first) = Derivation::start(rules, rules.from.as_deref()) else { return Walks::default() };
     let most = (first.design.parts.len() + MOVES) as f64;
     if rules.rules.iter().chain(&rules.always).any(|rule| takes_long(rule, most)) {
-        return Vec::new();
+        return Walks::default();
     }
+    let (mut ends, mut larger) = (Vec::new(), 0);
     let asked = AtomicU64::new(ASKED);
     let mut tried = vec![Tried::default(); rules.rules.len()];
     let (mut left, mut made, mut has_actuators) = (EFFORT, 0, has_actuators(rules, &first));
@@ -79,11 +91,13 @@ pub fn check_walks(rules: &RuleSet) -> Vec<Diagnostic> {
             if let Some(rule) = step.rule {
                 tried[rule].applied += 1;
             }
-            let Some(next) = step.result else { continue 'walks };
+            let Some(next) = step.result else { break };
             made += 1;
             derivation = next;
+            larger += usize::from(derivation.design.parts.len() > first.design.parts.len());
             has_actuators |= self::has_actuators(rules, &derivation);
         }
+        ends.push(derivation);
     }
     let mut found = never_applied(rules, &tried);
     found.extend(begins_at_a_fallback(rules, &first));
@@ -97,7 +111,23 @@ pub fn check_walks(rules: &RuleSet) -> Vec<Diagnostic> {
                 .help("add a rule that attaches an actuator; `sgc audit` shows what stops each rule"),
         );
     }
-    found
+    found.extend(shrinking(rules, &tried).filter(|_| made >= MADE && larger * GROWN < made));
+    Walks { found, ends }
+}
+
+/// A warning for the rule that takes parts away most often, where rules that attach some are applied, too.
+fn shrinking(rules: &RuleSet, tried: &[Tried]) -> Option<Diagnostic> {
+    let has = |rule: &Rule, is_it: fn(&Effect) -> bool| rule.effects.iter().any(is_it);
+    let attaches = |rule: &Rule| has(rule, |effect| matches!(effect, Effect::Attach { .. }));
+    let removes = |rule: &Rule| has(rule, |effect| matches!(effect, Effect::Remove(_) | Effect::Revert(_)));
+    let applied = || rules.rules.iter().zip(tried).filter(|(_, tried)| tried.applied > 0);
+    applied().find(|(rule, _)| attaches(rule))?;
+    let (rule, tried) = applied().filter(|(rule, _)| removes(rule)).max_by_key(|(_, tried)| tried.applied)?;
+    Some(
+        Diagnostic::new(Code::NO_ROOM, rule.span, "designs of random walks do not grow")
+            .label(format!("`{}` is applied {} times, and takes away what other rules attach", rule.name, tried.applied))
+            .help("give this rule a lower weight, as in `weight 0.3`"),
+    )
 }
 
 /// Whether an expression of a rule may run over too many combinations, in a design with so many parts. All its aggregates count as if one

@@ -34,7 +34,7 @@ pub use apply::Blocked;
 pub use candidate::Candidate;
 pub use every::{Applications, Extent};
 pub use example::run_example;
-pub use idle::check_walks;
+pub use idle::{Walks, walk};
 pub use record::{Recorded, Step, Steps};
 pub use scope::DesignScope;
 pub use start::{check_begun, check_start, overwritten};

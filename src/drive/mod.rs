@@ -27,6 +27,7 @@ use std::sync::atomic::AtomicU64;
 
 use grammar_lang::eval::{EvalError, Made, MadeActuator, Reference, Value, Valves, evaluate};
 use grammar_lang::ir::{Actuation, Owner, Task, Ty, Variable};
+use grammar_lang::source::Span;
 
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, DesignScope};
@@ -39,6 +40,7 @@ pub use cycle::{Asked, Cycle};
 pub use exploring::{Exploration, Explorer};
 pub use feedback::ControlLaw;
 pub use policies::Decision;
+pub(crate) use passive::position_of;
 use policies::PolicyNetwork;
 use scope::DriveScope;
 pub use signals::{Signal, Trace};
@@ -394,6 +396,16 @@ impl<'r> Drive<'r> {
     #[must_use]
     pub fn reacts_with(&self, kind: &str) -> bool {
         self.actuators.iter().any(|driven| self.kind_of(driven) == Some(kind) && self.reacts(driven))
+    }
+
+    /// The actuators whose targets are known ahead and that no valves drive: their places in the assembly, each with its actuation's name
+    /// and what drives it.
+    pub(crate) fn driven_ahead(&self) -> impl Iterator<Item = (usize, &'r str, Span)> {
+        self.actuators.iter().enumerate().filter_map(|(place, driven)| {
+            let (name, actuation) = self.actuations.get(driven.actuation)?;
+            let is_ahead = !self.reacts(driven) && actuation.drive.ty != Ty::Valves;
+            is_ahead.then_some((place, *name, actuation.drive.span))
+        })
     }
 
     /// The locals of an actuator's actuation that do not depend on time; states as they begin.

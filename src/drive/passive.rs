@@ -51,6 +51,16 @@ fn joint_of<'a>(candidate: &'a Candidate<'_>, part: PartId) -> Option<&'a MadeJo
     }
 }
 
+/// The position of a joint's degree of freedom, from the poses of its two elements in the world, the parent's first: rad, within half a
+/// turn of where it was at rest, or m.
+pub(crate) fn position_of(
+    dof: &Dof,
+    rest: (Isometry3<f64>, Isometry3<f64>),
+    now: (Isometry3<f64>, Isometry3<f64>),
+) -> f64 {
+    Pair { rest, now }.position(dof)
+}
+
 /// The two elements of a joint, the parent first: their poses in the world at rest, and now.
 struct Pair {
     rest: (Isometry3<f64>, Isometry3<f64>),

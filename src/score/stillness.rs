@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::{MotionScope, Recording, objective};
 use crate::derive::random::Stream;
-use crate::derive::{Candidate, Derivation, check_walks};
+use crate::derive::{Candidate, Derivation};
 use crate::design::assembly::Element;
 use crate::drive::{Drive, check_driven};
 use crate::simulate::{Motion, Placement};
@@ -57,10 +57,6 @@ pub fn check_designs(compiled: &Compiled, entry: FileId, sources: &SourceMap) ->
     let mut found = check_driven(compiled, entry, sources);
     if let Some(rules) = compiled.ruleset.as_ref().filter(|_| !found.iter().any(Diagnostic::is_error)) {
         found.extend(check_still(rules));
-        // What cannot grow is told already, with the reason.
-        if compiled.diagnostics.iter().all(|known| known.code != Code::NO_ROOM) {
-            found.extend(check_walks(rules));
-        }
     }
     found
 }

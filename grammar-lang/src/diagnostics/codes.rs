@@ -183,6 +183,7 @@ codes! {
     GIVEN_TO_ONE_KIND "W0743" "given-to-one-kind" Warning;
     BEST_STILL        "W0744" "best-at-rest" Warning;
     NEVER_APPLIED     "W0745" "rule-never-applied" Warning;
+    SHORT_MOTIONS     "W0746" "odd-short-motions" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

@@ -1,0 +1,46 @@
+//! Archives of which all bodies fall into one cell.
+
+use grammar_lang::diagnostics::Diagnostic;
+use grammar_lang::ir::Descriptor;
+use grammar_lang::units::shown;
+
+use super::{Trials, odd};
+use crate::score::quantities;
+
+/// So many bodies must have moved.
+const ENOUGH: usize = 3;
+/// All values lie within this share of the domain.
+const NARROW: f64 = 0.03;
+
+pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
+    let Some(first) = trials.trials.first() else { return Vec::new() };
+    let search = &first.drive.candidate().rules.search;
+    let descriptors = search.archive().into_iter().flat_map(|archive| archive.descriptors.values());
+    descriptors.filter(|_| trials.trials.len() >= ENOUGH).filter_map(|one| in_one_cell(trials, one)).collect()
+}
+
+fn in_one_cell(trials: &Trials<'_>, descriptor: &Descriptor) -> Option<Diagnostic> {
+    let values: Option<Vec<f64>> =
+        trials.recordings().map(|recording| quantities(recording, &[&descriptor.value]).ok()?.pop()).collect();
+    let values = values.filter(|values| values.len() >= ENOUGH)?;
+    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    let (from, to) = (descriptor.from, descriptor.to);
+    let is_beyond = high < from || low > to;
+    let is_narrow = high > low && high - low < NARROW * (to - from);
+    if !is_beyond && !is_narrow {
+        return None;
+    }
+    let dimension = descriptor.value.ty.dimension().unwrap_or_default();
+    let shown = |value: f64| shown(value, dimension);
+    Some(
+        odd(descriptor.value.span, "all bodies of short motions fall into one cell of this axis".to_owned())
+            .label(format!(
+                "they have {} .. {}, and the axis goes from {} to {}",
+                shown(low),
+                shown(high),
+                shown(from),
+                shown(to)
+            ))
+            .help("choose the ends of the axis so that the bodies of the grammar spread over its cells"),
+    )
+}

@@ -1,0 +1,184 @@
+//! Short motions of a few bodies, and what is odd in all of them.
+//!
+//! The bodies are the first design and the ends of random walks, each with some random curves. They show what no text shows: that a
+//! wheel does not reach the ground, that a spring is too soft for the weight on it, that an objective does not depend on what the robot does.
+
+mod aims;
+mod cells;
+mod contact;
+mod failures;
+mod passive;
+mod reversals;
+
+use std::sync::Arc;
+
+use grammar_lang::Compiled;
+use grammar_lang::diagnostics::{Code, Diagnostic};
+use grammar_lang::ir::{RuleSet, Task};
+use grammar_lang::source::{FileId, SourceMap, Span};
+
+use crate::derive::random::Stream;
+use crate::derive::{Candidate, Derivation, walk};
+use crate::design::PartId;
+use crate::drive::{ControlLaw, Drive};
+use crate::score::{Recording, check_designs};
+use crate::search::{settings, solver};
+use crate::simulate::{Case, Invalid, Motion, Settings, Stop, World};
+
+/// How long a motion is at most, s.
+const TIME: f64 = 2.0;
+/// How many bodies move, and by how many draws of their curves each.
+const BODIES: usize = 4;
+const DRAWS: u64 = 2;
+/// How much all motions of a grammar may take: elements times steps.
+const EFFORT: f64 = 100_000.0;
+
+/// A body with its drive, and what came of its motions.
+struct Trial<'r> {
+    drive: Drive<'r>,
+    motions: Vec<Moved<'r>>,
+}
+
+/// A motion with the values of its curves.
+struct Moved<'r> {
+    parameters: Vec<f64>,
+    law: ControlLaw<'r>,
+    motion: Result<Motion, Invalid>,
+}
+
+/// The motions of one task.
+struct Trials<'r> {
+    trials: Vec<Trial<'r>>,
+}
+
+/// All that is found in a grammar once its initial design and its examples are built, driven and scored, and once some of its bodies
+/// have moved for a short time.
+#[must_use]
+pub fn check_motions(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> Vec<Diagnostic> {
+    let mut found = check_designs(compiled, entry, sources);
+    if let Some(rules) = compiled.ruleset.as_ref().filter(|_| !found.iter().any(Diagnostic::is_error)) {
+        // What cannot grow is told already, with the reason.
+        if compiled.diagnostics.iter().chain(&found).all(|known| known.code != Code::NO_ROOM) {
+            let walks = walk(rules);
+            found.extend(walks.found);
+            // What else is odd may make motions odd, too: it is told alone.
+            if compiled.told(found.iter().cloned()).is_empty() {
+                found.extend(check_short(rules, walks.ends));
+            }
+        }
+    }
+    found
+}
+
+/// What is odd in all motions of a task.
+fn check_short(rules: &RuleSet, ends: Vec<Derivation>) -> Vec<Diagnostic> {
+    if rules.lattice.is_some() {
+        return Vec::new();
+    }
+    let mut short = rules.clone();
+    for task in short.tasks.values_mut() {
+        task.model.duration = task.model.duration.min(TIME);
+    }
+    let mut bodies = vec![Derivation::begin(rules)];
+    if rules.search.bodies.is_some() {
+        bodies.extend(ends);
+    }
+    let mut found: Vec<Diagnostic> = Vec::new();
+    let mut left = EFFORT;
+    for task in short.tasks.keys() {
+        let Some(trials) = Trials::of(&short, task, &bodies, &mut left) else { continue };
+        for told in trials.odd() {
+            if found.iter().all(|known| known.span() != told.span()) {
+                found.push(told);
+            }
+        }
+    }
+    found
+}
+
+impl<'r> Trials<'r> {
+    /// The motions of a task; none if they take more than is left.
+    fn of(rules: &'r RuleSet, task: &str, bodies: &[Derivation], left: &mut f64) -> Option<Self> {
+        let task = rules.tasks.get(task)?;
+        let mut settings = settings(&task.model);
+        settings.pace_limit = None;
+        let mut trials = Vec::new();
+        for derivation in bodies {
+            let candidate = Candidate::new(rules, Arc::new(derivation.clone()));
+            let takes = candidate.body.assembly.elements.len() as f64 * settings.duration / settings.step
+                * DRAWS as f64;
+            if candidate.body.actuators.is_empty() || takes > *left || trials.len() == BODIES {
+                continue;
+            }
+            *left -= takes;
+            trials.push(Trial::of(&candidate, task, &settings)?);
+        }
+        (!trials.is_empty()).then_some(Self { trials })
+    }
+
+    fn odd(&self) -> Vec<Diagnostic> {
+        if let Some(told) = failures::check(self) {
+            return vec![told];
+        }
+        let mut found: Vec<Diagnostic> = reversals::check(self).into_iter().collect();
+        found.extend(contact::check(self));
+        found.extend(passive::check(self));
+        found.extend(cells::check(self));
+        if found.is_empty() {
+            found.extend(aims::check(self));
+        }
+        found
+    }
+
+    /// Each motion that succeeded, with its body.
+    fn motions(&self) -> impl Iterator<Item = (&Trial<'r>, &Moved<'r>, &Motion)> {
+        self.trials.iter().flat_map(|trial| {
+            trial.motions.iter().filter_map(move |moved| Some((trial, moved, moved.motion.as_ref().ok()?)))
+        })
+    }
+
+    /// The scores of all motions, as far as they have a value.
+    fn recordings(&self) -> impl Iterator<Item = Recording<'_>> {
+        self.motions().map(|(trial, moved, motion)| Recording::nominal(&trial.drive, &moved.parameters, motion))
+    }
+}
+
+impl<'r> Trial<'r> {
+    fn of(
+        candidate: &Candidate<'r>,
+        task: &'r Task,
+        settings: &Settings,
+    ) -> Option<Self> {
+        let drive = Drive::new(candidate, task).ok()?;
+        let mut simulation =
+            solver(candidate.rules).model().prepare(&candidate.body.assembly, settings).ok()?;
+        let drawn = (0..DRAWS).map(|draw| drive.draw(&mut Stream::named(draw, "trials")));
+        let laws: Vec<(Vec<f64>, ControlLaw<'r>)> =
+            drawn.map(|drawn| Some((drawn.clone(), drive.control_law(&drawn).ok()?))).collect::<Option<_>>()?;
+        let cases: Vec<Case<'_>> = laws.iter().map(|(_, law)| law.case(&World::NOMINAL)).collect();
+        let motions = simulation.run_cases(Stop::NEVER, &cases)?;
+        drop(cases);
+        let moved =
+            laws.into_iter().zip(motions).map(|((parameters, law), motion)| Moved { parameters, law, motion });
+        Some(Self { motions: moved.collect(), drive })
+    }
+
+    /// The kind of the part that an element belongs to, with its place in the text.
+    fn kind_of(&self, element: usize) -> Option<(&str, Span)> {
+        let id = self.part_of(element)?;
+        let candidate = self.drive.candidate();
+        let kind = candidate.design().parts.get(&id)?.kind.as_str();
+        let rules = candidate.rules;
+        let block = rules.parts.get(kind).map(|block| block.span);
+        Some((kind, block.or_else(|| rules.actuators.get(kind).map(|actuator| actuator.span))?))
+    }
+
+    fn part_of(&self, element: usize) -> Option<PartId> {
+        self.drive.candidate().body.parts_of_elements.get(element).copied()
+    }
+}
+
+/// A warning about what all short motions have in common.
+fn odd(span: Span, message: String) -> Diagnostic {
+    Diagnostic::new(Code::SHORT_MOTIONS, span, message)
+}

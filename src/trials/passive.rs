@@ -1,0 +1,78 @@
+//! Passive joints that always lie on their stops, and some that never give way.
+
+use std::collections::BTreeMap;
+
+use grammar_lang::diagnostics::Diagnostic;
+use grammar_lang::source::Span;
+
+use super::{Trial, Trials, odd};
+use crate::design::assembly::{Control, Dof, JointKind};
+use crate::drive::position_of;
+use crate::simulate::Motion;
+
+/// What happens as a body settles does not count, s.
+const SETTLED: f64 = 0.5;
+/// So close to an end of its range, as a share of it, a joint lies on its stop.
+const ON_STOP: f64 = 0.02;
+/// A joint that moves by less than this share of its range does not give way.
+const STIFF: f64 = 5e-4;
+/// So many joints are looked at, at least.
+const ENOUGH: usize = 4;
+
+#[derive(Default)]
+struct Seen {
+    joints: usize,
+    stopped: usize,
+    stiff: usize,
+}
+
+pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
+    let mut kinds: BTreeMap<(String, Span), Seen> = BTreeMap::new();
+    for (trial, _, motion) in trials.motions() {
+        for joint in &trial.drive.candidate().body.assembly.joints {
+            let JointKind::Dof(dof) = &joint.kind else { continue };
+            let Some((kind, span)) = trial.kind_of(joint.child).filter(|_| is_passive(dof)) else { continue };
+            let places = places(trial, motion, (joint.parent, joint.child), dof);
+            let (low, high) = dof.limits;
+            let near = ON_STOP * (high - low);
+            let (least, most) =
+                places.iter().fold((f64::MAX, f64::MIN), |(a, b), place| (a.min(*place), b.max(*place)));
+            let seen = kinds.entry((kind.to_owned(), span)).or_default();
+            seen.joints += 1;
+            seen.stopped += usize::from(most < low + near || least > high - near);
+            seen.stiff += usize::from(most - least < STIFF * (high - low) && least.abs().max(most.abs()) < near);
+        }
+    }
+    let told = |((kind, span), seen): (&(String, Span), &Seen)| {
+        if seen.joints < ENOUGH {
+            None
+        } else if seen.stopped == seen.joints {
+            Some(
+                odd(*span, format!("the joint of `{kind}` always lies on its stop"))
+                    .label(format!("{} joints in short motions: the spring carries nothing", seen.joints))
+                    .help("is the stiffness in the right unit? Compare it with the weight on the joint by its lever"),
+            )
+        } else if seen.stiff == seen.joints {
+            Some(
+                odd(*span, format!("the joint of `{kind}` never gives way"))
+                    .label(format!("{} joints move by less than a thousandth of their range", seen.joints))
+                    .help("is the stiffness in the right unit? Compare it with the weight on the joint by its lever"),
+            )
+        } else {
+            None
+        }
+    };
+    kinds.iter().filter_map(told).collect()
+}
+
+fn is_passive(dof: &Dof) -> bool {
+    matches!(dof.control, Control::Passive { .. }) && dof.limits.0.is_finite() && dof.limits.1 > dof.limits.0
+}
+
+/// Where a joint is in the frames of a motion once the body has settled, rad or m.
+fn places(trial: &Trial<'_>, motion: &Motion, (parent, child): (usize, usize), dof: &Dof) -> Vec<f64> {
+    let elements = &trial.drive.candidate().body.assembly.elements;
+    let rest = (elements[parent].pose, elements[child].pose);
+    let times = (0..motion.frames()).map(|frame| motion.time(frame)).filter(|t| *t >= SETTLED);
+    times.filter_map(|t| Some(position_of(dof, rest, (motion.pose(parent, t)?, motion.pose(child, t)?)))).collect()
+}
