@@ -121,7 +121,13 @@ fn a_front_removes_only_its_own_designs() {
     let own = std::fs::read_dir(out.join("front")).unwrap().next().unwrap().unwrap().path();
     let (notes, kept) = (out.join("front/999991.design.json"), out.join("front/999992.design.json"));
     std::fs::write(&notes, "my notes").unwrap();
-    std::fs::copy(own, &kept).unwrap();
+    std::fs::copy(&own, &kept).unwrap();
+    let text = std::fs::read_to_string(&own).unwrap();
+    std::fs::write(&own, text.replacen("\"format\"", "\"mine\": 1, \"format\"", 1)).unwrap();
+    let refused = sgc(&["resume", path(&out)]);
+    assert_eq!(refused.status.code(), Some(2), "an edited design of the front is kept: {}", said(&refused));
+    assert!(said(&refused).contains("move it away"), "{}", said(&refused));
+    std::fs::write(&own, text).unwrap();
     let spent = std::fs::read_to_string(out.join("evals.csv")).unwrap();
     let spent: u64 = spent.lines().last().unwrap().split(',').nth(10).unwrap().parse().unwrap();
     let resumed = sgc(&["resume", path(&out), "--max-evals", &(spent + 300).to_string()]);

@@ -25,8 +25,8 @@ const ASKED: u64 = 20_000_000;
 const LONG: f64 = 1e6;
 /// How many moves must have been made before designs without an actuator count, and those that do not grow.
 const MADE: usize = 100;
-/// Designs do not grow if only one of so many has more parts than the first.
-const GROWN: usize = 4;
+/// Designs do not grow if a rule that takes parts away has more than this share of all weights.
+const NEARLY: f64 = 0.95;
 
 /// What became of a rule.
 #[derive(Clone, Default)]
@@ -40,7 +40,7 @@ struct Tried {
 #[derive(Debug, Default)]
 pub struct Walks {
     /// A warning for each rule that is drawn often and never applied, unless an example applies it; one if no design has an actuator to
-    /// drive, and one if designs do not grow.
+    /// drive, and one if a rule takes away whatever others attach.
     pub found: Vec<Diagnostic>,
     /// The last design of each walk.
     pub ends: Vec<Derivation>,
@@ -57,7 +57,7 @@ pub fn walk(rules: &RuleSet) -> Walks {
     if rules.rules.iter().chain(&rules.always).any(|rule| takes_long(rule, most)) {
         return Walks::default();
     }
-    let (mut ends, mut larger) = (Vec::new(), 0);
+    let mut ends = Vec::new();
     let asked = AtomicU64::new(ASKED);
     let mut tried = vec![Tried::default(); rules.rules.len()];
     let (mut left, mut made, mut has_actuators) = (EFFORT, 0, has_actuators(rules, &first));
@@ -94,7 +94,6 @@ pub fn walk(rules: &RuleSet) -> Walks {
             let Some(next) = step.result else { break };
             made += 1;
             derivation = next;
-            larger += usize::from(derivation.design.parts.len() > first.design.parts.len());
             has_actuators |= self::has_actuators(rules, &derivation);
         }
         ends.push(derivation);
@@ -111,22 +110,29 @@ pub fn walk(rules: &RuleSet) -> Walks {
                 .help("add a rule that attaches an actuator; `sgc audit` shows what stops each rule"),
         );
     }
-    found.extend(shrinking(rules, &tried).filter(|_| made >= MADE && larger * GROWN < made));
+    found.extend(shrinking(rules, &first));
     Walks { found, ends }
 }
 
-/// A warning for the rule that takes parts away most often, where rules that attach some are applied, too.
-fn shrinking(rules: &RuleSet, tried: &[Tried]) -> Option<Diagnostic> {
+/// A warning for a rule that takes parts away and is drawn nearly always, where others attach some.
+fn shrinking(rules: &RuleSet, first: &Derivation) -> Option<Diagnostic> {
     let has = |rule: &Rule, is_it: fn(&Effect) -> bool| rule.effects.iter().any(is_it);
-    let attaches = |rule: &Rule| has(rule, |effect| matches!(effect, Effect::Attach { .. }));
-    let removes = |rule: &Rule| has(rule, |effect| matches!(effect, Effect::Remove(_) | Effect::Revert(_)));
-    let applied = || rules.rules.iter().zip(tried).filter(|(_, tried)| tried.applied > 0);
-    applied().find(|(rule, _)| attaches(rule))?;
-    let (rule, tried) = applied().filter(|(rule, _)| removes(rule)).max_by_key(|(_, tried)| tried.applied)?;
+    let scope = DesignScope::new(rules, first);
+    let weight = |rule: &Rule| evaluate(&rule.weight, &scope, &mut Vec::new()).ok()?.as_number();
+    let weights: Vec<f64> = rules.rules.iter().map(weight).collect::<Option<_>>()?;
+    let all: f64 = weights.iter().sum();
+    let (rule, weight) = rules.rules.iter().zip(weights).find(|(rule, weight)| {
+        has(rule, |effect| matches!(effect, Effect::Remove(_) | Effect::Revert(_))) && *weight > NEARLY * all
+    })?;
+    rules.rules.iter().find(|rule| has(rule, |effect| matches!(effect, Effect::Attach { .. })))?;
     Some(
-        Diagnostic::new(Code::NO_ROOM, rule.span, "designs of random walks do not grow")
-            .label(format!("`{}` is applied {} times, and takes away what other rules attach", rule.name, tried.applied))
-            .help("give this rule a lower weight, as in `weight 0.3`"),
+        Diagnostic::new(
+            Code::NO_ROOM,
+            rule.weight.span,
+            format!("`{}` takes away what other rules attach", rule.name),
+        )
+        .label(format!("drawn in {:.1} % of all moves", 100.0 * weight / all))
+        .help("give this rule a lower weight, as in `weight 0.3`"),
     )
 }
 

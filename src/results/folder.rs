@@ -174,7 +174,10 @@ impl RunFolder {
         let (rules, sources) = grammar.compile_with_sources(&asked.sgc).map_err(FileError::inside(path))?;
         let state =
             checkpoint.state.restore(&rules).map_err(DesignError::Step).map_err(FileError::inside(path))?;
-        for file in designs(path) {
+        let of_front: Vec<PathBuf> = state.front().map(|best| front::place(path, best)).collect();
+        let is_on_front =
+            |file: &PathBuf| file.parent() != Some(&*path.join(front::FOLDER)) || of_front.contains(file);
+        for file in designs(path).into_iter().filter(is_on_front) {
             // The run would write its own over it.
             let of_run = |design: &SavedDesign| genuine::check_run(design, &asked, None);
             let own = SavedDesign::read_own(&file)

@@ -30,9 +30,14 @@ pub(super) fn is_design(name: &str) -> bool {
     number.is_some_and(|number| !number.is_empty() && number.bytes().all(|digit| digit.is_ascii_digit()))
 }
 
+/// Where the file of a design is, or will be.
+pub(super) fn place(run: &Path, best: &Best) -> PathBuf {
+    run.join(FOLDER).join(file(best))
+}
+
 /// Whether a design has its file, as far as its name tells.
 pub(super) fn is_there(run: &Path, best: &Best) -> bool {
-    run.join(FOLDER).join(file(best)).exists()
+    place(run, best).exists()
 }
 
 /// Writes a design.

@@ -20,8 +20,10 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
 }
 
 fn in_one_cell(trials: &Trials<'_>, descriptor: &Descriptor) -> Option<Diagnostic> {
-    let values: Option<Vec<f64>> =
-        trials.recordings().map(|recording| quantities(recording, &[&descriptor.value]).ok()?.pop()).collect();
+    let values: Option<Vec<f64>> = trials
+        .recordings()
+        .map(|recording| quantities(recording, &[&descriptor.value]).ok()?.pop())
+        .collect();
     let values = values.filter(|values| values.len() >= ENOUGH)?;
     let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
     let (from, to) = (descriptor.from, descriptor.to);

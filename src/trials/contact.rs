@@ -32,7 +32,9 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
         let slid = motion.sliding();
         let elements = &trial.drive.candidate().body.assembly.elements;
         for (element, dof) in wheels(trial) {
-            let (Some((kind, span)), Some(slid)) = (trial.kind_of(element), slid.get(element)) else { continue };
+            let (Some((kind, span)), Some(slid)) = (trial.kind_of(element), slid.get(element)) else {
+                continue;
+            };
             let Shape::Cylinder { radius, .. } = elements[element].shape else { continue };
             let pose = &elements[element].pose;
             let own = pose.rotation * nalgebra::Vector3::x();
@@ -90,5 +92,10 @@ fn wheels<'a>(trial: &'a Trial<'_>) -> Vec<(usize, &'a Dof)> {
         Shape::Cylinder { radius, half_length } => radius > FLAT * half_length,
         _ => false,
     };
-    turned_by.iter().enumerate().filter_map(|(element, dof)| Some((element, (*dof)?))).filter(|(e, _)| is_disk(*e)).collect()
+    turned_by
+        .iter()
+        .enumerate()
+        .filter_map(|(element, dof)| Some((element, (*dof)?)))
+        .filter(|(e, _)| is_disk(*e))
+        .collect()
 }

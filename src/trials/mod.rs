@@ -31,7 +31,7 @@ const TIME: f64 = 2.0;
 const BODIES: usize = 4;
 const DRAWS: u64 = 2;
 /// How much all motions of a grammar may take: elements times steps.
-const EFFORT: f64 = 100_000.0;
+const EFFORT: f64 = 300_000.0;
 
 /// A body with its drive, and what came of its motions.
 struct Trial<'r> {
@@ -139,27 +139,28 @@ impl<'r> Trials<'r> {
 
     /// The scores of all motions, as far as they have a value.
     fn recordings(&self) -> impl Iterator<Item = Recording<'_>> {
-        self.motions().map(|(trial, moved, motion)| Recording::nominal(&trial.drive, &moved.parameters, motion))
+        self.motions()
+            .map(|(trial, moved, motion)| Recording::nominal(&trial.drive, &moved.parameters, motion))
     }
 }
 
 impl<'r> Trial<'r> {
-    fn of(
-        candidate: &Candidate<'r>,
-        task: &'r Task,
-        settings: &Settings,
-    ) -> Option<Self> {
+    fn of(candidate: &Candidate<'r>, task: &'r Task, settings: &Settings) -> Option<Self> {
         let drive = Drive::new(candidate, task).ok()?;
         let mut simulation =
             solver(candidate.rules).model().prepare(&candidate.body.assembly, settings).ok()?;
         let drawn = (0..DRAWS).map(|draw| drive.draw(&mut Stream::named(draw, "trials")));
-        let laws: Vec<(Vec<f64>, ControlLaw<'r>)> =
-            drawn.map(|drawn| Some((drawn.clone(), drive.control_law(&drawn).ok()?))).collect::<Option<_>>()?;
+        let laws: Vec<(Vec<f64>, ControlLaw<'r>)> = drawn
+            .map(|drawn| Some((drawn.clone(), drive.control_law(&drawn).ok()?)))
+            .collect::<Option<_>>()?;
         let cases: Vec<Case<'_>> = laws.iter().map(|(_, law)| law.case(&World::NOMINAL)).collect();
         let motions = simulation.run_cases(Stop::NEVER, &cases)?;
         drop(cases);
-        let moved =
-            laws.into_iter().zip(motions).map(|((parameters, law), motion)| Moved { parameters, law, motion });
+        let moved = laws.into_iter().zip(motions).map(|((parameters, law), motion)| Moved {
+            parameters,
+            law,
+            motion,
+        });
         Some(Self { motions: moved.collect(), drive })
     }
 

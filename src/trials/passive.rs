@@ -40,7 +40,8 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
             let seen = kinds.entry((kind.to_owned(), span)).or_default();
             seen.joints += 1;
             seen.stopped += usize::from(most < low + near || least > high - near);
-            seen.stiff += usize::from(most - least < STIFF * (high - low) && least.abs().max(most.abs()) < near);
+            seen.stiff +=
+                usize::from(most - least < STIFF * (high - low) && least.abs().max(most.abs()) < near);
         }
     }
     let told = |((kind, span), seen): (&(String, Span), &Seen)| {
@@ -74,5 +75,7 @@ fn places(trial: &Trial<'_>, motion: &Motion, (parent, child): (usize, usize), d
     let elements = &trial.drive.candidate().body.assembly.elements;
     let rest = (elements[parent].pose, elements[child].pose);
     let times = (0..motion.frames()).map(|frame| motion.time(frame)).filter(|t| *t >= SETTLED);
-    times.filter_map(|t| Some(position_of(dof, rest, (motion.pose(parent, t)?, motion.pose(child, t)?)))).collect()
+    times
+        .filter_map(|t| Some(position_of(dof, rest, (motion.pose(parent, t)?, motion.pose(child, t)?))))
+        .collect()
 }

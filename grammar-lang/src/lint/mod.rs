@@ -47,6 +47,7 @@ mod odd_axle;
 mod odd_search;
 mod odd_size;
 mod of_parts;
+mod open_cycle;
 mod other_joint;
 mod out_of_range;
 mod out_of_reach;
@@ -151,6 +152,7 @@ const DOUBTFUL: &[Lint] = &[
     given_to_one::check,
     mixed_axes::check,
     odd_axle::check,
+    open_cycle::check,
     same_port::check,
     still_drive::grows,
 ];
