@@ -5,18 +5,31 @@ use std::collections::BTreeSet;
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::ir::{Direction, Expr, ExprKind, Function, Gather, Objective, Operator, RuleSet};
 
-use super::Trials;
+use super::{Trial, Trials};
+use crate::drive::ControlLaw;
 use crate::score::{quantities, terms};
 
 /// So many motions are compared, at least.
 const ENOUGH: usize = 4;
-/// Values that differ by less are the same: rounding grows in a motion. Of an objective in its own unit, of a term in SI units.
-const SAME: f64 = 1e-4;
-const SAME_TERM: f64 = 1e-6;
+/// Values that differ by less are the same, to rounding: a body that hardly moves differs by more. Of an objective in its own unit, of a
+/// term in SI units.
+const SAME: f64 = 1e-8;
+const SAME_TERM: f64 = 1e-10;
+
+/// An actuator that is asked for less than this is not asked to move, rad, m or rad/s.
+const STILL: f64 = 1e-4;
 
 pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
     let Some(first) = trials.trials.first() else { return Vec::new() };
-    first.drive.task().objectives().filter_map(|objective| same(trials, objective)).collect()
+    let task = first.drive.task();
+    let many = trials.motions().count();
+    if trials.trials.iter().all(|trial| trial.motions.iter().all(|moved| is_still(trial, &moved.law))) {
+        let told = Diagnostic::new(Code::CONSTANT_AIM, task.objective.value.span, "no actuator ever moves")
+            .label(format!("all are held in one place in {many} short motions"))
+            .help("what do the drives ask for? A pattern that no rule sets stays `rest`");
+        return vec![told];
+    }
+    task.objectives().filter_map(|objective| same(trials, objective)).collect()
 }
 
 fn same(trials: &Trials<'_>, objective: &Objective) -> Option<Diagnostic> {
@@ -42,9 +55,23 @@ fn same(trials: &Trials<'_>, objective: &Objective) -> Option<Diagnostic> {
     };
     Some(
         Diagnostic::new(Code::CONSTANT_AIM, objective.value.span, what)
-            .label(format!("the same in {} short motions of several bodies", trials.recordings().count()))
+            .label(format!("the same in {} short motions", trials.recordings().count()))
             .help("what can change it? If both sides of a mirror move alike, the core stays in the plane of the mirror; y points up"),
     )
+}
+
+/// Whether all actuators are asked to stay in one place, and motors to stand still.
+fn is_still(trial: &Trial<'_>, law: &ControlLaw<'_>) -> bool {
+    let targets = &law.targets;
+    let joints = &trial.drive.candidate().body.assembly.joints;
+    let dofs = || joints.iter().flat_map(|joint| joint.kind.dofs());
+    let is_motor = |actuator| dofs().any(|dof| dof.is_spun() && dof.actuator() == Some(actuator));
+    let is_held = |actuator: usize| {
+        let places = targets.angles.iter().skip(actuator).step_by(targets.actuators);
+        let (low, high) = places.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+        high - low < STILL && (!is_motor(actuator) || high.abs() < STILL)
+    };
+    !law.is_closed_loop() && (0..targets.actuators).all(is_held)
 }
 
 fn values(trials: &Trials<'_>, wanted: &Expr) -> Vec<f64> {

@@ -7,9 +7,11 @@ mod aims;
 mod cells;
 mod contact;
 mod failures;
+mod following;
 mod passive;
 mod reversals;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use grammar_lang::Compiled;
@@ -27,9 +29,9 @@ use crate::simulate::{Case, Invalid, Motion, Settings, Stop, World};
 
 /// How long a motion is at most, s.
 const TIME: f64 = 2.0;
-/// How many bodies move, and by how many draws of their curves each.
+/// How many bodies move, and how many motions they make together: each by as many draws of its curves.
 const BODIES: usize = 4;
-const DRAWS: u64 = 2;
+const MOTIONS: usize = 8;
 /// How much all motions of a grammar may take: elements times steps.
 const EFFORT: f64 = 300_000.0;
 
@@ -102,16 +104,21 @@ impl<'r> Trials<'r> {
         let task = rules.tasks.get(task)?;
         let mut settings = settings(&task.model);
         settings.pace_limit = None;
+        let draws = (MOTIONS / bodies.len().clamp(1, BODIES)) as u64;
         let mut trials = Vec::new();
+        let mut known = BTreeSet::new();
         for derivation in bodies {
+            if !known.insert(derivation.design.canonical_hash()) {
+                continue;
+            }
             let candidate = Candidate::new(rules, Arc::new(derivation.clone()));
-            let takes = candidate.body.assembly.elements.len() as f64 * settings.duration / settings.step
-                * DRAWS as f64;
+            let steps = settings.duration / settings.step * draws as f64;
+            let takes = candidate.body.assembly.elements.len() as f64 * steps;
             if candidate.body.actuators.is_empty() || takes > *left || trials.len() == BODIES {
                 continue;
             }
             *left -= takes;
-            trials.push(Trial::of(&candidate, task, &settings)?);
+            trials.push(Trial::of(&candidate, task, &settings, draws)?);
         }
         (!trials.is_empty()).then_some(Self { trials })
     }
@@ -121,6 +128,7 @@ impl<'r> Trials<'r> {
             return vec![told];
         }
         let mut found: Vec<Diagnostic> = reversals::check(self).into_iter().collect();
+        found.extend(following::check(self));
         found.extend(contact::check(self));
         found.extend(passive::check(self));
         found.extend(cells::check(self));
@@ -145,11 +153,13 @@ impl<'r> Trials<'r> {
 }
 
 impl<'r> Trial<'r> {
-    fn of(candidate: &Candidate<'r>, task: &'r Task, settings: &Settings) -> Option<Self> {
+    fn of(candidate: &Candidate<'r>, task: &'r Task, settings: &Settings, draws: u64) -> Option<Self> {
         let drive = Drive::new(candidate, task).ok()?;
         let mut simulation =
             solver(candidate.rules).model().prepare(&candidate.body.assembly, settings).ok()?;
-        let drawn = (0..DRAWS).map(|draw| drive.draw(&mut Stream::named(draw, "trials")));
+        // Without anything to draw, all motions of a body are the same.
+        let draws = if drive.is_fixed() { 1 } else { draws };
+        let drawn = (0..draws).map(|draw| drive.draw(&mut Stream::named(draw, "trials")));
         let laws: Vec<(Vec<f64>, ControlLaw<'r>)> = drawn
             .map(|drawn| Some((drawn.clone(), drive.control_law(&drawn).ok()?)))
             .collect::<Option<_>>()?;
@@ -166,16 +176,16 @@ impl<'r> Trial<'r> {
 
     /// The kind of the part that an element belongs to, with its place in the text.
     fn kind_of(&self, element: usize) -> Option<(&str, Span)> {
-        let id = self.part_of(element)?;
+        self.kind(*self.drive.candidate().body.parts_of_elements.get(element)?)
+    }
+
+    /// The kind of a part, with its place in the text.
+    fn kind(&self, id: PartId) -> Option<(&str, Span)> {
         let candidate = self.drive.candidate();
         let kind = candidate.design().parts.get(&id)?.kind.as_str();
         let rules = candidate.rules;
         let block = rules.parts.get(kind).map(|block| block.span);
         Some((kind, block.or_else(|| rules.actuators.get(kind).map(|actuator| actuator.span))?))
-    }
-
-    fn part_of(&self, element: usize) -> Option<PartId> {
-        self.drive.candidate().body.parts_of_elements.get(element).copied()
     }
 }
 
