@@ -5,7 +5,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{Value, evaluate};
-use grammar_lang::ir::{Effect, ExampleClause, Expr, ExprKind, Fallback, Group, Rule, RuleSet};
+use grammar_lang::ir::{
+    Effect, ExampleClause, Expr, ExprKind, Fallback, Group, Operator, Requirement, Rule, RuleSet,
+};
+use grammar_lang::units::{Dimension, shown};
 
 use super::random::Stream;
 use super::{Blocked, Derivation, DesignScope};
@@ -25,6 +28,8 @@ const ASKED: u64 = 20_000_000;
 const LONG: f64 = 1e6;
 /// How many moves must have been made before designs without an actuator count, and those that do not grow.
 const MADE: usize = 100;
+/// The limit of a requirement is far away if it is so many times what any design has.
+const FAR: f64 = 100.0;
 /// Designs do not grow if a rule that takes parts away has more than this share of all weights.
 const NEARLY: f64 = 0.95;
 
@@ -98,7 +103,9 @@ pub fn walk(rules: &RuleSet) -> Walks {
         }
         ends.push(derivation);
     }
-    let mut found = never_applied(rules, &tried);
+    let mut found = never_applied(rules, &tried, made);
+    found.extend(never_drawn(rules, &tried, &first, &ends));
+    found.extend(limits_far_away(rules, &first, &ends));
     found.extend(begins_at_a_fallback(rules, &first));
     let wants_actuators = rules.lattice.is_none()
         && rules.search.bodies.is_some()
@@ -134,6 +141,64 @@ fn shrinking(rules: &RuleSet, first: &Derivation) -> Option<Diagnostic> {
         .label(format!("drawn in {:.1} % of all moves", 100.0 * weight / all))
         .help("give this rule a lower weight, as in `weight 0.3`"),
     )
+}
+
+/// A warning for each rule whose weight is zero in all designs of the walks.
+fn never_drawn(rules: &RuleSet, tried: &[Tried], first: &Derivation, ends: &[Derivation]) -> Vec<Diagnostic> {
+    let is_zero = |rule: &Rule, derivation: &Derivation| {
+        evaluate(&rule.weight, &DesignScope::new(rules, derivation), &mut Vec::new())
+            == Ok(Value::Number(0.0))
+    };
+    let never = |(rule, tried): &(&Rule, &Tried)| {
+        let was_drawn = tried.applied > 0 || !tried.stopped.is_empty();
+        // What is written as zero is switched off.
+        let is_switched_off = matches!(rule.weight.kind, ExprKind::Number(_));
+        !was_drawn && !is_switched_off && std::iter::once(first).chain(ends).all(|one| is_zero(rule, one))
+    };
+    let told = |(rule, _): (&Rule, &Tried)| {
+        Diagnostic::new(
+            Code::NEVER_DRAWN,
+            rule.weight.span,
+            format!("random walks never draw the rule `{}`", rule.name),
+        )
+        .label("0 in all their designs")
+        .help("a rule of weight 0 is never tried: give it a weight above 0 in the first design, too")
+    };
+    rules.rules.iter().zip(tried).filter(never).map(told).collect()
+}
+
+/// A warning for each requirement whose limit is far above what any design of the walks has: mostly the wrong unit.
+fn limits_far_away(rules: &RuleSet, first: &Derivation, ends: &[Derivation]) -> Vec<Diagnostic> {
+    let far = |requirement: &Requirement| {
+        let ExprKind::Binary(less, Operator::Less | Operator::LessEqual, limit) = &requirement.condition.kind
+        else {
+            return None;
+        };
+        let dimension = limit.ty.dimension().filter(|dimension| *dimension != Dimension::NUMBER)?;
+        let number = |value: &Expr, derivation: &Derivation| {
+            evaluate(value, &DesignScope::new(rules, derivation), &mut Vec::new()).ok()?.as_number()
+        };
+        let limit_of_first = number(limit, first)?;
+        let designs = std::iter::once(first).chain(ends);
+        let pairs: Vec<(f64, f64)> =
+            designs.map(|one| Some((number(less, one)?, number(limit, one)?))).collect::<Option<_>>()?;
+        let most = pairs.iter().fold(0.0_f64, |most, (value, _)| most.max(*value));
+        let is_far = most > 0.0 && pairs.iter().all(|(_, limit)| *limit > FAR * most);
+        is_far.then(|| {
+            Diagnostic::new(
+                Code::EXCLUDES_NOTHING,
+                limit.span,
+                format!("`{}` allows far more than any design of random walks has", requirement.name),
+            )
+            .label(format!(
+                "{}, and the designs have up to {}",
+                shown(limit_of_first, dimension),
+                shown(most, dimension)
+            ))
+            .help("is the unit right?")
+        })
+    };
+    if ends.is_empty() { Vec::new() } else { rules.requirements.iter().filter_map(far).collect() }
 }
 
 /// Whether an expression of a rule may run over too many combinations, in a design with so many parts. All its aggregates count as if one
@@ -184,7 +249,7 @@ fn has_actuators(rules: &RuleSet, derivation: &Derivation) -> bool {
     derivation.design.parts.keys().any(|id| derivation.design.belongs(rules, *id, &Group::Actuator))
 }
 
-fn never_applied(rules: &RuleSet, tried: &[Tried]) -> Vec<Diagnostic> {
+fn never_applied(rules: &RuleSet, tried: &[Tried], made: usize) -> Vec<Diagnostic> {
     let steps = rules.examples.values().flat_map(|example| &example.clauses);
     let in_examples: BTreeSet<&str> = steps
         .filter_map(|clause| match clause {
@@ -194,7 +259,9 @@ fn never_applied(rules: &RuleSet, tried: &[Tried]) -> Vec<Diagnostic> {
         .collect();
     let never = |(rule, tried): (&Rule, &Tried)| {
         let drawn = tried.stopped.len();
-        if tried.applied > 0 || drawn < DRAWN || in_examples.contains(rule.name.as_str()) {
+        // Where not even a first move is made, each walk draws every rule once.
+        let enough = if made == 0 { 1 } else { DRAWN };
+        if tried.applied > 0 || drawn < enough || in_examples.contains(rule.name.as_str()) {
             return None;
         }
         // The most frequent cause; of several, the first that was met.

@@ -5,12 +5,13 @@ use std::collections::BTreeSet;
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::ir::{Direction, Expr, ExprKind, Function, Gather, Objective, Operator, RuleSet};
 
-use super::{Trial, Trials};
-use crate::drive::ControlLaw;
+use super::{Moved, Trial, Trials};
 use crate::score::{quantities, terms};
 
 /// So many motions are compared, at least.
 const ENOUGH: usize = 4;
+/// So many motions in which two objectives have one ratio.
+const MULTIPLES: usize = 6;
 /// Values that differ by less are the same, to rounding: a body that hardly moves differs by more. Of an objective in its own unit, of a
 /// term in SI units.
 const SAME: f64 = 1e-8;
@@ -22,14 +23,48 @@ const STILL: f64 = 1e-4;
 pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
     let Some(first) = trials.trials.first() else { return Vec::new() };
     let task = first.drive.task();
-    let many = trials.motions().count();
-    if trials.trials.iter().all(|trial| trial.motions.iter().all(|moved| is_still(trial, &moved.law))) {
+    if trials.trials.iter().all(|trial| trial.motions.iter().all(|moved| is_still(trial, moved))) {
         let told = Diagnostic::new(Code::CONSTANT_AIM, task.objective.value.span, "no actuator ever moves")
-            .label(format!("all are held in one place in {many} short motions"))
+            .label("all drives hold them in one place")
             .help("what do the drives ask for? A pattern that no rule sets stays `rest`");
         return vec![told];
     }
-    task.objectives().filter_map(|objective| same(trials, objective)).collect()
+    let mut found: Vec<Diagnostic> =
+        task.objectives().filter_map(|objective| same(trials, objective)).collect();
+    if found.is_empty() {
+        found.extend(alike(trials, &task.objectives().collect::<Vec<_>>()));
+    }
+    found
+}
+
+/// A warning for the first objective that is a multiple of one before it, in all motions.
+fn alike(trials: &Trials<'_>, objectives: &[&Objective]) -> Option<Diagnostic> {
+    let values: Vec<Vec<f64>> = objectives.iter().map(|one| values(trials, &one.value)).collect();
+    let is_multiple = |a: &[f64], b: &[f64]| {
+        let most = |all: &[f64]| all.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let (least, greatest) =
+            a.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+        let (Some(&one), Some(&other)) = (a.first(), b.first()) else { return false };
+        let close = 1e-9 * most(a) * most(b);
+        a.len() >= MULTIPLES
+            && a.len() == b.len()
+            && greatest - least > 1e-6 * most(a)
+            && a.iter().zip(b).all(|(x, y)| (x * other - y * one).abs() <= close)
+    };
+    let (before, objective) = objectives.iter().enumerate().skip(1).find_map(|(place, objective)| {
+        let before = (0..place).find(|before| is_multiple(&values[*before], &values[place]))?;
+        Some((objectives[before], *objective))
+    })?;
+    Some(
+        Diagnostic::new(
+            Code::SAID_TWICE,
+            objective.value.span,
+            "this objective is a multiple of another one",
+        )
+        .label("the same ratio in all short motions: a front of the two is one robot")
+        .also(before.value.span, "of this one")
+        .help("choose an objective that costs something in the other one"),
+    )
 }
 
 fn same(trials: &Trials<'_>, objective: &Objective) -> Option<Diagnostic> {
@@ -61,8 +96,12 @@ fn same(trials: &Trials<'_>, objective: &Objective) -> Option<Diagnostic> {
 }
 
 /// Whether all actuators are asked to stay in one place, and motors to stand still.
-fn is_still(trial: &Trial<'_>, law: &ControlLaw<'_>) -> bool {
-    let targets = &law.targets;
+fn is_still(trial: &Trial<'_>, moved: &Moved<'_>) -> bool {
+    let commands = moved.motion.as_ref().ok().and_then(|motion| motion.commands.as_ref());
+    let targets = commands.unwrap_or(&moved.law.targets);
+    if commands.is_none() && moved.law.is_closed_loop() {
+        return false;
+    }
     let joints = &trial.drive.candidate().body.assembly.joints;
     let dofs = || joints.iter().flat_map(|joint| joint.kind.dofs());
     let is_motor = |actuator| dofs().any(|dof| dof.is_spun() && dof.actuator() == Some(actuator));
@@ -71,7 +110,7 @@ fn is_still(trial: &Trial<'_>, law: &ControlLaw<'_>) -> bool {
         let (low, high) = places.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
         high - low < STILL && (!is_motor(actuator) || high.abs() < STILL)
     };
-    !law.is_closed_loop() && (0..targets.actuators).all(is_held)
+    (0..targets.actuators).all(is_held)
 }
 
 fn values(trials: &Trials<'_>, wanted: &Expr) -> Vec<f64> {

@@ -11,6 +11,8 @@ use crate::score::quantities;
 const ENOUGH: usize = 3;
 /// All values lie within this share of the domain.
 const NARROW: f64 = 0.03;
+/// Values above the axis are beyond it if they are so many times its length away.
+const BEYOND: f64 = 3.0;
 
 pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
     let Some(first) = trials.trials.first() else { return Vec::new() };
@@ -27,7 +29,8 @@ fn in_one_cell(trials: &Trials<'_>, descriptor: &Descriptor) -> Option<Diagnosti
     let values = values.filter(|values| values.len() >= ENOUGH)?;
     let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
     let (from, to) = (descriptor.from, descriptor.to);
-    let is_beyond = high < from || low > to;
+    // The walks may have gone further than many bodies of a search.
+    let is_beyond = high < from || low > to + BEYOND * (to - from);
     let is_narrow = high > low && high - low < NARROW * (to - from);
     if !is_beyond && !is_narrow {
         return None;

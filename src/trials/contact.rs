@@ -55,7 +55,7 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
             Some(
                 odd(*span, format!("the disk `{kind}` turns about its diameter"))
                     .label("it flaps like a coin on its edge, and does not roll")
-                    .help("hold the disk at a port in the middle of its flat side"),
+                    .help("hold the disk at a port in the middle of its flat side, by a joint that turns about the axis of this port (`spin about x`)"),
             )
         } else if seen.beside == seen.wheels {
             Some(

@@ -8,6 +8,7 @@ mod cells;
 mod contact;
 mod failures;
 mod following;
+mod loads;
 mod passive;
 mod reversals;
 
@@ -132,6 +133,7 @@ impl<'r> Trials<'r> {
         found.extend(contact::check(self));
         found.extend(passive::check(self));
         found.extend(cells::check(self));
+        found.extend(loads::check(self));
         if found.is_empty() {
             found.extend(aims::check(self));
         }

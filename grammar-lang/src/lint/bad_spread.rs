@@ -18,9 +18,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         findings.extend(asks.probability(&variable.mutation.probability));
         findings.extend(match &variable.mutation.kernel {
             Kernel::Flip => None,
-            Kernel::Normal(_, deviation) => {
-                asks.deviation(deviation).or_else(|| asks.beyond(variable, deviation))
-            }
+            Kernel::Normal(mean, deviation) => asks
+                .deviation(deviation)
+                .or_else(|| asks.beyond(variable, deviation))
+                .or_else(|| asks.one_way(variable, mean, deviation)),
             Kernel::Uniform(low, high) => asks.ends(low, high),
         });
     }
@@ -75,6 +76,21 @@ impl Asks<'_> {
             Diagnostic::new(Code::BAD_SPREAD, deviation.span, "a deviation cannot be negative")
                 .label("always below zero")
                 .help("the second number of `normal` is the deviation: write it without the minus sign")
+        })
+    }
+
+    /// Changes that go one way nearly always: their mean is further from zero than their deviation.
+    fn one_way(&mut self, variable: &Variable, mean: &Expr, deviation: &Expr) -> Option<Diagnostic> {
+        let (middle, most) = (self.numbers(mean), self.numbers(deviation).high);
+        let nearest = if middle.low > 0.0 { middle.low } else { -middle.high };
+        (nearest > 0.0 && nearest >= most).then(|| {
+            Diagnostic::new(
+                Code::UNUSUAL,
+                mean.span,
+                format!("changes of `{}` go one way nearly always", variable.name),
+            )
+            .label("the mean of the changes is further from zero than their deviation")
+            .help("a search must be able to come back: give the changes a mean of zero, as in `normal(0 deg, 20 deg)`")
         })
     }
 

@@ -8,6 +8,9 @@ use crate::units::Dimension;
 
 use super::known::Known;
 
+/// One to four quarter turns in radians.
+const QUARTERS: [f64; 4] = [0.5 * PI, PI, 1.5 * PI, 2.0 * PI];
+
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for choice in known.ruleset.rules.iter().flat_map(|rule| &rule.choices) {
         let ExprKind::Set(items) = &choice.domain.kind else { continue };
@@ -25,6 +28,22 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::new(Code::UNUSUAL, item.span, format!("`{}` may be a full turn", choice.name))
                     .label("this turns nothing")
                     .help("write `0 deg`, or leave it out"),
+            );
+            continue;
+        }
+        let in_radians = |item: &&Expr| {
+            let degrees = known.numbers(item).single().map_or(0.0, |angle| angle.to_degrees().abs());
+            QUARTERS.iter().any(|quarter| (degrees - quarter).abs() < 0.006)
+        };
+        if let Some(item) = of_angles.clone().find(in_radians).filter(|item| !is_told(item)) {
+            findings.push(
+                Diagnostic::new(
+                    Code::UNUSUAL,
+                    item.span,
+                    format!("`{}` turns by as many degrees as a quarter turn has radians", choice.name),
+                )
+                .label("a quarter turn is `90 deg`")
+                .help("is `rad` meant?"),
             );
             continue;
         }

@@ -108,11 +108,6 @@ impl Motor {
         let slope = stiffness * step + damping;
         (slope > 0.0).then(|| Self { offset: effort / slope, slope: slope * step, most: most * step })
     }
-
-    /// Its impulse when what it drives moves so fast at the end of the step.
-    pub(super) fn impulse(&self, speed: f64) -> f64 {
-        (-(self.offset + speed) * self.slope).clamp(-self.most, self.most)
-    }
 }
 
 impl Link {
@@ -305,13 +300,14 @@ impl Link {
         sum
     }
 
-    /// What its drive does in a step after which the bodies move so.
+    /// What its drive does in a step after which the bodies move so. Of a motor, by the impulse that it gave: computed from the speed, it
+    /// would differ by all that the contacts have not converged, times a stiff motor's damping.
     #[inline(always)]
-    pub(super) fn work(&self, action: &Action, parent: &Place, body: &Place, step: f64) -> Work {
+    pub(super) fn work(&self, action: &Action, given: f64, parent: &Place, body: &Place, step: f64) -> Work {
         let own = self.driven;
         let rate = action.rates(parent, body)[own];
-        let impulse = if let Some(motor) = &action.motor {
-            motor.impulse(rate)
+        let impulse = if action.motor.is_some() {
+            given
         } else {
             let effort = action.effort[own] + (action.stiffness[own] * step + action.damping[own]) * rate;
             -effort * step

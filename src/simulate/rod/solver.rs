@@ -370,10 +370,13 @@ impl Rods {
             let place = &mut self.places[number];
             (place.velocity, place.spin) = (velocity, spin);
         }
-        for ((link, action), work) in self.links.iter().zip(&self.actions).zip(&mut self.work) {
+        let given = self.pushes.iter().map(|[motor, ..]| *motor);
+        for (((link, action), given), work) in
+            self.links.iter().zip(&self.actions).zip(given).zip(&mut self.work)
+        {
             if link.is_driven() {
-                let Work { positive, allowed } =
-                    link.work(action, &self.places[link.parent], &self.places[link.body], step);
+                let (parent, body) = (&self.places[link.parent], &self.places[link.body]);
+                let Work { positive, allowed } = link.work(action, given, parent, body, step);
                 *work += positive;
                 self.added += allowed;
             }

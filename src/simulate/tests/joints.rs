@@ -296,6 +296,23 @@ fn a_cart_rolls_down_a_slope() {
     }
 }
 
+/// Motors of wheels on the ground work for what they speed up, also stiff ones, whose torque follows the least error of their speed.
+#[test]
+fn motors_of_wheels_work_for_what_they_speed_up() {
+    let drive = Targets { interval: 10.0, actuators: 1, angles: vec![-8.0] };
+    for damping in [0.01, 0.1] {
+        let mut body = cart(Control::Speed { actuator: 0, times: 1.0 });
+        for joint in &mut body.joints {
+            if let JointKind::Dof(dof) = &mut joint.kind {
+                dof.damping = damping;
+            }
+        }
+        let [hinges, rods] = ["articulated", "rod"]
+            .map(|name| run(name, &body, &during(4.0), &drive).work.iter().sum::<f64>());
+        assert!((rods / hinges - 1.0).abs() < 0.1, "{damping}: {rods} J with rods, {hinges} J with hinges");
+    }
+}
+
 /// Driven wheels carry the cart by their speed times their radius, and turn forwards about -z.
 #[test]
 fn a_cart_drives_as_fast_as_its_wheels_turn() {

@@ -1,0 +1,54 @@
+//! Sensors that wait for a load that is far above the weight of the whole body.
+
+use grammar_lang::diagnostics::Diagnostic;
+use grammar_lang::eval::evaluate;
+use grammar_lang::ir::{Attribute, Expr, ExprKind, Operator, Track};
+use grammar_lang::units::{Dimension, shown};
+
+use super::{Trials, odd};
+
+/// So many times the weight of a body is no load that it feels.
+const FAR: f64 = 5.0;
+
+pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
+    let Some(first) = trials.trials.first() else { return Vec::new() };
+    let rules = first.drive.candidate().rules;
+    let gravity = first.drive.task().model.gravity;
+    let mass = |trial: &super::Trial<'_>| {
+        trial.drive.candidate().body.assembly.elements.iter().map(|element| element.mass).sum::<f64>()
+    };
+    let heaviest = trials.trials.iter().map(|trial| mass(trial) * gravity).fold(0.0, f64::max);
+    let mut found = Vec::new();
+    for (name, sensor) in &rules.sensors {
+        sensor.value.any(&mut |e| {
+            let Some(limit) = limit_of_load(e) else { return false };
+            let Ok(value) = evaluate(limit, rules, &mut Vec::new()) else { return false };
+            let is_far = value.as_number().is_some_and(|limit| limit > FAR * heaviest);
+            if is_far {
+                found.push(
+                    odd(limit.span, format!("the sensor `{name}` waits for more than the whole body weighs"))
+                        .label(format!(
+                            "the heaviest body of short motions weighs {}",
+                            shown(heaviest, Dimension::FORCE)
+                        ))
+                        .help("compare with the weight that one foot carries"),
+                );
+            }
+            is_far
+        });
+    }
+    found
+}
+
+/// What a load is compared with.
+fn limit_of_load(e: &Expr) -> Option<&Expr> {
+    let is_load =
+        |e: &Expr| e.any(&mut |e| matches!(&e.kind, ExprKind::Attribute(_, Attribute::Track(Track::Load))));
+    match &e.kind {
+        ExprKind::Binary(load, Operator::Greater | Operator::GreaterEqual, limit) if is_load(load) => {
+            Some(limit)
+        }
+        ExprKind::Binary(limit, Operator::Less | Operator::LessEqual, load) if is_load(load) => Some(limit),
+        _ => None,
+    }
+}
