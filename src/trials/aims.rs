@@ -1,12 +1,16 @@
 //! Objectives that are the same for all motions.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::ir::{Direction, Expr, ExprKind, Function, Gather, Objective, Operator, RuleSet};
 
 use super::{Moved, Trial, Trials};
+use crate::derive::Candidate;
+use crate::drive::Drive;
 use crate::score::{quantities, terms};
+use crate::simulate::Targets;
 
 /// So many motions are compared, at least.
 const ENOUGH: usize = 4;
@@ -23,7 +27,7 @@ const STILL: f64 = 1e-4;
 pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
     let Some(first) = trials.trials.first() else { return Vec::new() };
     let task = first.drive.task();
-    if trials.trials.iter().all(|trial| trial.motions.iter().all(|moved| is_still(trial, moved))) {
+    if trials.trials.iter().all(|trial| trial.motions.iter().all(|moved| is_still(trials, trial, moved))) {
         let told = Diagnostic::new(Code::CONSTANT_AIM, task.objective.value.span, "no actuator ever moves")
             .label("all drives hold them in one place")
             .help("what do the drives ask for? A pattern that no rule sets stays `rest`");
@@ -95,13 +99,16 @@ fn same(trials: &Trials<'_>, objective: &Objective) -> Option<Diagnostic> {
     )
 }
 
-/// Whether all actuators are asked to stay in one place, and motors to stand still.
-fn is_still(trial: &Trial<'_>, moved: &Moved<'_>) -> bool {
-    let commands = moved.motion.as_ref().ok().and_then(|motion| motion.commands.as_ref());
-    let targets = commands.unwrap_or(&moved.law.targets);
-    if commands.is_none() && moved.law.is_closed_loop() {
-        return false;
-    }
+/// Whether all actuators are asked to stay in one place for the whole of a motion, and motors to stand still. Drives that read sensors may
+/// wait for something.
+fn is_still(trials: &Trials<'_>, trial: &Trial<'_>, moved: &Moved<'_>) -> bool {
+    let targets = if moved.law.is_closed_loop() {
+        let motion = moved.motion.as_ref().ok().filter(|_| trials.whole.sensors.is_empty());
+        motion.and_then(|motion| motion.commands.clone())
+    } else {
+        whole_targets(trials.whole, trial, &moved.parameters)
+    };
+    let Some(targets) = targets else { return false };
     let joints = &trial.drive.candidate().body.assembly.joints;
     let dofs = || joints.iter().flat_map(|joint| joint.kind.dofs());
     let is_motor = |actuator| dofs().any(|dof| dof.is_spun() && dof.actuator() == Some(actuator));
@@ -111,6 +118,13 @@ fn is_still(trial: &Trial<'_>, moved: &Moved<'_>) -> bool {
         high - low < STILL && (!is_motor(actuator) || high.abs() < STILL)
     };
     (0..targets.actuators).all(is_held)
+}
+
+/// What the actuators are asked for over the whole of a motion, not only in its first seconds.
+fn whole_targets(rules: &RuleSet, trial: &Trial<'_>, parameters: &[f64]) -> Option<Targets> {
+    let candidate = Candidate::new(rules, Arc::clone(&trial.drive.candidate().derivation));
+    let task = rules.tasks.get(&trial.drive.task().name)?;
+    Drive::new(&candidate, task).ok()?.targets(parameters).ok()
 }
 
 fn values(trials: &Trials<'_>, wanted: &Expr) -> Vec<f64> {

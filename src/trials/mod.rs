@@ -51,6 +51,8 @@ struct Moved<'r> {
 
 /// The motions of one task.
 struct Trials<'r> {
+    /// The rules with tasks of their whole time.
+    whole: &'r RuleSet,
     trials: Vec<Trial<'r>>,
 }
 
@@ -89,7 +91,7 @@ fn check_short(rules: &RuleSet, ends: Vec<Derivation>) -> Vec<Diagnostic> {
     let mut found: Vec<Diagnostic> = Vec::new();
     let mut left = EFFORT;
     for task in short.tasks.keys() {
-        let Some(trials) = Trials::of(&short, task, &bodies, &mut left) else { continue };
+        let Some(trials) = Trials::of((rules, &short), task, &bodies, &mut left) else { continue };
         for told in trials.odd() {
             if found.iter().all(|known| known.span() != told.span()) {
                 found.push(told);
@@ -101,7 +103,12 @@ fn check_short(rules: &RuleSet, ends: Vec<Derivation>) -> Vec<Diagnostic> {
 
 impl<'r> Trials<'r> {
     /// The motions of a task; none if they take more than is left.
-    fn of(rules: &'r RuleSet, task: &str, bodies: &[Derivation], left: &mut f64) -> Option<Self> {
+    fn of(
+        (whole, rules): (&'r RuleSet, &'r RuleSet),
+        task: &str,
+        bodies: &[Derivation],
+        left: &mut f64,
+    ) -> Option<Self> {
         let task = rules.tasks.get(task)?;
         let mut settings = settings(&task.model);
         settings.pace_limit = None;
@@ -121,7 +128,7 @@ impl<'r> Trials<'r> {
             *left -= takes;
             trials.push(Trial::of(&candidate, task, &settings, draws)?);
         }
-        (!trials.is_empty()).then_some(Self { trials })
+        (!trials.is_empty()).then_some(Self { whole, trials })
     }
 
     fn odd(&self) -> Vec<Diagnostic> {

@@ -40,7 +40,7 @@ fn turns(targets: &Targets, actuator: usize) -> f64 {
     let (low, high) = all.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
     let far = FAR * (high - low);
     let Some(&first) = all.first() else { return 0.0 };
-    if !(far > 1e-6) {
+    if far <= 1e-6 {
         return 0.0;
     }
     let (mut extreme, mut sign, mut turns) = (first, 0.0, 0.0);

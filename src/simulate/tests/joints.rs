@@ -309,7 +309,7 @@ fn motors_of_wheels_work_for_what_they_speed_up() {
         }
         let [hinges, rods] = ["articulated", "rod"]
             .map(|name| run(name, &body, &during(4.0), &drive).work.iter().sum::<f64>());
-        assert!((rods / hinges - 1.0).abs() < 0.1, "{damping}: {rods} J with rods, {hinges} J with hinges");
+        assert!((rods / hinges - 1.0).abs() < 0.2, "{damping}: {rods} J with rods, {hinges} J with hinges");
     }
 }
 
