@@ -83,7 +83,7 @@ impl Asks<'_> {
     fn one_way(&mut self, variable: &Variable, mean: &Expr, deviation: &Expr) -> Option<Diagnostic> {
         let (middle, most) = (self.numbers(mean), self.numbers(deviation).high);
         let nearest = if middle.low > 0.0 { middle.low } else { -middle.high };
-        (nearest > 0.0 && nearest >= most).then(|| {
+        (most > 0.0 && nearest > 0.0 && nearest >= most).then(|| {
             Diagnostic::new(
                 Code::UNUSUAL,
                 mean.span,
