@@ -4,16 +4,20 @@ use grammar_lang::Compiled;
 use grammar_lang::bounds::Begun;
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{EvalError, PartId, Value, evaluate};
-use grammar_lang::ir::{Param, Placed, RuleSet, Symmetry};
+use grammar_lang::ir::{Method, Param, Placed, RuleSet, Symmetry};
 
 use grammar_lang::names::{Change, with_changes};
 use grammar_lang::source::{FileId, SourceMap};
+use grammar_lang::units::{Dimension, shown};
 
 use super::apply::{Blocked, attachment};
 use super::broken::compared;
 use super::{Derivation, DesignScope, run_example};
 use crate::design::CORE;
-use crate::design::{Design, Refusal};
+use crate::design::{Design, Refusal, balls};
+
+/// A filling of a design may have so many balls: twice as many take `check` five seconds.
+const MOST_BALLS: f64 = 10_000.0;
 
 /// The initial design, and what of it cannot be placed.
 pub(super) fn begin(rules: &RuleSet) -> (Derivation, Option<EvalError>) {
@@ -94,10 +98,14 @@ fn called(start: &Derivation, id: PartId) -> String {
 #[must_use]
 pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> Vec<Diagnostic> {
     let Some(rules) = &compiled.ruleset else { return Vec::new() };
+    let begun = begin(rules).0;
+    // Before anything makes so many balls.
+    if let Some(told) = too_fine(rules, &begun.design) {
+        return vec![told];
+    }
     if let Some(broken) = check_start(rules) {
         return vec![with_changes(broken, &compiled.changes, sources)];
     }
-    let begun = begin(rules).0;
     let mut found = super::refused::check(rules, &begun);
     let overwritten = |design: &Design| {
         let mut lost = overwritten(rules, design);
@@ -119,6 +127,9 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
     match from.map(|(name, example)| (name, run_example(rules, name, example))) {
         Some((name, Err(fails))) => found.push(fails.help(format!("the search starts from `{name}`"))),
         Some((_, Ok(start))) => {
+            if let Some(told) = too_fine(rules, &start.design) {
+                return vec![told];
+            }
             found.extend(super::divisors::check(rules, &start));
             if !told {
                 found.extend(overwritten(&start.design));
@@ -127,6 +138,24 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
         None => found.extend(super::divisors::check(rules, &begun)),
     }
     found
+}
+
+/// That a filling makes more balls of a design than can be worked with.
+fn too_fine(rules: &RuleSet, design: &Design) -> Option<Diagnostic> {
+    let Method::Balls(Some(filling)) = rules.method() else { return None };
+    let balls = balls(design, &filling);
+    let place = rules.begin.first().map(|placed| placed.span)?;
+    (!balls.is_finite() || balls > MOST_BALLS).then(|| {
+        let enough = filling.spacing * libm::cbrt(balls / MOST_BALLS);
+        let told =
+            Diagnostic::new(Code::MODEL_MISFIT, place, "the filling of this design has too many balls")
+                .label(format!("about {balls:.0} balls; at most {MOST_BALLS} can be simulated"));
+        told.help(if enough.is_finite() {
+            format!("give the filling a `spacing` of at least {}", shown(enough, Dimension::LENGTH))
+        } else {
+            "give the filling a larger `spacing`".to_owned()
+        })
+    })
 }
 
 /// Values from outside that say nothing: in the design that a search begins with, a rule has set the parameter to another one.

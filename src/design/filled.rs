@@ -14,7 +14,7 @@ use nalgebra::{Point3, Vector3};
 use super::assembly::{Assembly, Element, Shape, Spring, Swelling};
 use super::port::segments;
 use super::row::axes_of;
-use super::{Body, Design, PartId};
+use super::{Body, Design, Part, PartId};
 
 /// Points this near to a surface (m) are inside.
 const CLOSE: f64 = 1e-9;
@@ -69,6 +69,17 @@ pub(super) fn filled(design: &Design, rules: &RuleSet, body: &Body, filling: Fil
     }
     own.assembly.springs.sort_unstable_by_key(|spring| (spring.from, spring.to));
     own
+}
+
+/// About how many balls a filling makes of a design.
+pub(crate) fn balls(design: &Design, filling: &Filling) -> f64 {
+    let volume = |part: &Part| match part.made.as_ref() {
+        Made::Block(block) => block.form.shape.volume(),
+        Made::Actuator(actuator) => actuator.segment.shape.volume() * segments(part) as f64,
+        Made::Cell(_) => 0.0,
+    };
+    let all: f64 = design.parts.values().map(volume).sum();
+    all / (filling.spacing * filling.spacing * filling.spacing)
 }
 
 fn point(node: Node, spacing: f64) -> Point3<f64> {

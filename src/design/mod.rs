@@ -27,6 +27,7 @@ use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
 pub use body::Body;
+pub(crate) use filled::balls;
 pub use port::{PortFrame, ports};
 pub(crate) use port::{ends, pose_at};
 

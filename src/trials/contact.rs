@@ -67,7 +67,7 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
             Some(
                 odd(*span, format!("no wheel `{kind}` ever touches the ground"))
                     .label(format!("{} wheels in short motions", seen.wheels))
-                    .help("make the wheel larger, or hold it lower"),
+                    .help("make the wheel larger, or hold it lower; for a flywheel, write `allow W0746 because \"...\"`"),
             )
         } else {
             None

@@ -50,8 +50,8 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
         } else if seen.stopped == seen.joints {
             Some(
                 odd(*span, format!("the joint of `{kind}` always lies on its stop"))
-                    .label(format!("{} joints in short motions: the spring carries nothing", seen.joints))
-                    .help("is the stiffness in the right unit? Compare it with the weight on the joint by its lever"),
+                    .label(format!("{} joints in short motions: its spring does not carry what hangs on it", seen.joints))
+                    .help("is the stiffness in the right unit? Compare it with the weight on the joint by its lever; for a buffer, write `allow W0746 because \"...\"`"),
             )
         } else if seen.stiff == seen.joints {
             Some(
