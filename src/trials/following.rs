@@ -21,7 +21,7 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
         for (place, _, _) in trial.drive.driven_ahead() {
             let targets = &moved.law.targets;
             let asked = swing((0..targets.samples()).map(|n| targets.at(place, n as f64 * targets.interval)));
-            let got = swing((0..motion.frames()).map(|frame| motion.bends[frame * actuators.len() + place]));
+            let got = swing(motion.bends.iter().skip(place).step_by(actuators.len()).copied());
             let Some((kind, span)) = actuators.get(place).and_then(|id| trial.kind(*id)) else { continue };
             if asked > LEAST {
                 let seen = kinds.entry((kind.to_owned(), span)).or_default();

@@ -1,6 +1,6 @@
 //! Short motions of a few bodies, and what is odd in all of them.
 //!
-//! The bodies are the first design and the ends of random walks, each with some random curves. They show what no text shows: that a
+//! The bodies are the design that a search starts from and the ends of random walks, each with some random curves. They show what no text shows: that a
 //! wheel does not reach the ground, that a spring is too soft for the weight on it, that an objective does not depend on what the robot does.
 
 mod aims;
@@ -84,7 +84,8 @@ fn check_short(rules: &RuleSet, ends: Vec<Derivation>) -> Vec<Diagnostic> {
     for task in short.tasks.values_mut() {
         task.model.duration = task.model.duration.min(TIME);
     }
-    let mut bodies = vec![Derivation::begin(rules)];
+    let Ok(first) = Derivation::start(rules, rules.from.as_deref()) else { return Vec::new() };
+    let mut bodies = vec![first];
     if rules.search.bodies.is_some() {
         bodies.extend(ends);
     }

@@ -33,6 +33,10 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
             let JointKind::Dof(dof) = &joint.kind else { continue };
             let Some((kind, span)) = trial.kind_of(joint.child).filter(|_| is_passive(dof)) else { continue };
             let places = places(trial, motion, (joint.parent, joint.child), dof);
+            // A motion may end before the body has settled.
+            if places.is_empty() {
+                continue;
+            }
             let (low, high) = dof.limits;
             let near = ON_STOP * (high - low);
             let (least, most) =

@@ -1,7 +1,6 @@
 //! Patterns of sines that jump where one cycle ends and the next one begins: mostly half a turn for a whole one.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::evaluate;
 use crate::ir::{Expr, ExprKind, Function, Ty};
 use crate::units::{Dimension, shown};
 
@@ -21,7 +20,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             let pattern = expr(ExprKind::Pattern(name.clone()), Ty::Pattern);
             let place = expr(ExprKind::Number(place), Ty::Quantity(Dimension::NUMBER));
             let applied = expr(ExprKind::Apply(Box::new(pattern), Box::new(place)), value.ty.clone());
-            evaluate(&applied, known.ruleset, &mut Vec::new()).ok()?.as_number()
+            known.value(&applied).ok()?.as_number()
         };
         let places = (0..PLACES).map(|place| at(place as f64 / PLACES as f64));
         let (Some(all), Some(end)) = (places.collect::<Option<Vec<f64>>>(), at(END)) else { continue };

@@ -89,7 +89,7 @@ fn a_block_slides_down_a_slope_that_is_too_steep() {
                 let pull = (libm::sin(slope) - grip * libm::cos(slope)).max(0.0) * settings.gravity;
                 let due = -pull * end * end / 2.0;
                 let error = (way - Vector3::x() * due).norm();
-                // A box that slides has 6 % too little friction in rapier: it solves both directions at a contact together, and then
+                // A box that slides has 6 % too little friction in rapier: probably as it solves both directions at a contact together, and then
                 // caps the length of the impulse.
                 let share = if name == "rapier" { 0.15 } else { 0.03 };
                 assert!(
