@@ -219,6 +219,8 @@ fn what_failed_waits_until_it_is_tried_again() {
         &["run", "quick.sgr", "--seed", "2", "--max-evals", "40", "--quiet", "--out", run.to_str().unwrap()],
     ));
     std::fs::remove_file(run.join("result.json")).unwrap();
+    let best = run.join("best.design.json");
+    let design = std::fs::read_to_string(&best).unwrap();
     let told = sgc(place, &["study", "legs.toml"]);
     assert_eq!(told.status.code(), Some(2), "{}", said(&told));
     assert!(said(&told).contains("seed-2 failed: "), "{}", said(&told));
@@ -230,6 +232,15 @@ fn what_failed_waits_until_it_is_tried_again() {
     // It is left alone.
     let again = sgc(place, &["study", "legs.toml"]);
     assert_eq!(again.status.code(), Some(1), "{}", said(&again));
+    // A design that somebody has edited is not removed.
+    let edited = design.replacen("\"sum\": \"", "\"sum\": \"0", 1);
+    assert_ne!(edited, design);
+    std::fs::write(&best, &edited).unwrap();
+    let refused = sgc(place, &["study", "retry", "studies/legs", "--anew"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    assert!(said(&refused).contains("best.design.json was changed since"), "{}", said(&refused));
+    assert_eq!(std::fs::read_to_string(&best).unwrap(), edited);
+    std::fs::write(&best, &design).unwrap();
     let told = ok(&sgc(place, &["study", "retry", "studies/legs"]));
     assert!(told.contains("one run waits again"), "{told}");
     ok(&sgc(place, &["study", "legs.toml"]));

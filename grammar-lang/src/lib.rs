@@ -71,6 +71,12 @@ impl Compiled {
         if is_whole { self.allowed.unused(entry).collect() } else { Vec::new() }
     }
 
+    /// Whether its rule set is that of a variant of what its text declares first.
+    #[must_use]
+    pub fn is_varied(&self) -> bool {
+        self.ruleset.as_ref().is_some_and(|ruleset| is_varied(&self.offers, ruleset))
+    }
+
     /// What more is found where it is known how many parts the initial design has: only whoever
     /// builds it knows the images that the symmetry makes.
     #[must_use]

@@ -278,13 +278,18 @@ fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
         }
         let distinct = points.windows(2).filter(|w| matches!(w, [a, b] if b.0 > a.0)).count() + 1;
         if many < FEWEST || distinct < FEWEST {
+            let has = match (many, distinct) {
+                (1, _) => "only 1 point".to_owned(),
+                (many, _) if many < FEWEST => format!("only {many} points"),
+                (many, 1) => format!("{many} points, all at the same time"),
+                (many, distinct) => format!("{many} points, but at only {distinct} different times"),
+            };
             problems.push(Problem::unreadable(
                 place,
                 format!(
-                    "{} of `{}` has only {}: a curve needs {FEWEST} or more, at different times",
+                    "{} of `{}` has {has}: a curve needs {FEWEST} or more, at different times",
                     called(curve),
-                    section.name,
-                    if many == 1 { "1 point".to_owned() } else { format!("{many} points") }
+                    section.name
                 ),
             ));
             continue;

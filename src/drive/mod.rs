@@ -378,12 +378,17 @@ impl<'r> Drive<'r> {
     fn scope(&self) -> DriveScope<'_> {
         let Candidate { rules, derivation, .. } = &self.candidate;
         let mut scope = DriveScope::new(rules, derivation, self.task.model.control);
-        scope.left = self.left.as_deref();
+        scope.left = self.left();
         scope
     }
 
+    /// How many operations its expressions may still take, where it is only tried.
+    pub(crate) fn left(&self) -> Option<&AtomicU64> {
+        self.left.as_deref()
+    }
+
     /// The same, tried with so many operations for all that it evaluates.
-    fn tried_with(self, left: &Arc<AtomicU64>) -> Self {
+    pub(crate) fn tried_with(self, left: &Arc<AtomicU64>) -> Self {
         Self { left: Some(Arc::clone(left)), ..self }
     }
 

@@ -9,7 +9,7 @@ use crate::derive::random::Stream;
 
 impl Drive<'_> {
     /// The values of all varied quantities with what is declared of each, in order.
-    fn declared(&self) -> impl Iterator<Item = &Variable> {
+    pub(crate) fn declared(&self) -> impl Iterator<Item = &Variable> {
         let fields = self.fields.iter().filter_map(|field| self.variable(field));
         fields.flat_map(|variable| std::iter::repeat_n(variable, variable.size.unwrap_or(1)))
     }

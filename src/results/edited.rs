@@ -16,13 +16,18 @@ use super::{FileError, Unfit, archive, checkpoint, front, genuine};
 ///
 /// A sentence that names the file.
 pub(super) fn check_untouched(run: &Path) -> Result<(), FileError> {
-    match reading::only_looking(|| edited(run)) {
+    match edited(run) {
         Some(file) => Err(FileError::unfit(&file, Unfit::Touched)),
         None => Ok(()),
     }
 }
 
-fn edited(run: &Path) -> Option<PathBuf> {
+/// The first file of a run that was changed, if there is one.
+pub(super) fn edited(run: &Path) -> Option<PathBuf> {
+    reading::only_looking(|| edited_file(run))
+}
+
+fn edited_file(run: &Path) -> Option<PathBuf> {
     let is_damaged = |design: &PathBuf| match SavedDesign::read_own(design) {
         // What another version wrote it can tell.
         Ok(_) | Err(FileError::Unfit { why: Unfit::OtherVersion { .. }, .. }) => false,

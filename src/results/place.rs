@@ -1,8 +1,8 @@
 //! Whether what is in a folder may be replaced: only what runs have written ever is.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::edited::{check_own_designs, check_untouched};
+use super::edited::{check_own_designs, check_untouched, edited};
 use super::processes::{self, PROCESSES};
 use super::run_files::{BEST, CHECKPOINT, EVALS, RESULT, RUN, SOURCES, asked, is_run};
 use super::seal::is_as_written;
@@ -29,6 +29,12 @@ pub fn check_run(path: &Path) -> Result<(), FileError> {
         check_own_designs(path)?;
     }
     Ok(())
+}
+
+/// The file of a run that somebody has changed since it was written, or that is damaged, if there is one.
+#[must_use]
+pub fn changed(path: &Path) -> Option<PathBuf> {
+    if is_run(path) { edited(path) } else { None }
 }
 
 /// Refuses to replace what is not only the folder of several runs, or is under way.

@@ -6,6 +6,7 @@ mod stillness;
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::AtomicU64;
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, bounded, evaluate, evaluate_result};
 use grammar_lang::ir::{
@@ -228,6 +229,10 @@ impl<'a> MotionScope<'a> {
 impl Scope for MotionScope<'_> {
     fn outer(&self) -> Option<&dyn Scope> {
         Some(&self.design)
+    }
+
+    fn left(&self) -> Option<&AtomicU64> {
+        self.recording.drive.left()
     }
 
     fn word(&self, word: Word) -> Option<Value> {

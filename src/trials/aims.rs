@@ -1,16 +1,12 @@
 //! Objectives that are the same for all motions.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::ir::{Direction, Expr, ExprKind, Function, Gather, Objective, Operator, RuleSet};
 
 use super::{Moved, Trial, Trials};
-use crate::derive::Candidate;
-use crate::drive::Drive;
-use crate::score::{quantities, terms};
-use crate::simulate::Targets;
+use crate::score::terms;
 
 /// So many motions are compared, at least.
 const ENOUGH: usize = 4;
@@ -43,7 +39,7 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
 
 /// A warning for the first objective that is a multiple of one before it, in all motions.
 fn alike(trials: &Trials<'_>, objectives: &[&Objective]) -> Option<Diagnostic> {
-    let values: Vec<Vec<f64>> = objectives.iter().map(|one| values(trials, &one.value)).collect();
+    let values: Vec<Vec<f64>> = objectives.iter().map(|one| trials.values(&one.value)).collect();
     let is_multiple = |a: &[f64], b: &[f64]| {
         let most = |all: &[f64]| all.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let (least, greatest) =
@@ -73,7 +69,7 @@ fn alike(trials: &Trials<'_>, objectives: &[&Objective]) -> Option<Diagnostic> {
 
 fn same(trials: &Trials<'_>, objective: &Objective) -> Option<Diagnostic> {
     let rules = trials.trials.first()?.drive.candidate().rules;
-    let what = if !has_steps(rules, &objective.value) && is_same(&values(trials, &objective.value), SAME) {
+    let what = if !has_steps(rules, &objective.value) && is_same(&trials.values(&objective.value), SAME) {
         "this objective does not depend on how the robot moves".to_owned()
     } else {
         // What is subtracted may well be zero.
@@ -106,7 +102,7 @@ fn is_still(trials: &Trials<'_>, trial: &Trial<'_>, moved: &Moved<'_>) -> bool {
         let motion = moved.motion.as_ref().ok().filter(|_| trials.whole.sensors.is_empty());
         motion.and_then(|motion| motion.commands.clone())
     } else {
-        whole_targets(trials.whole, trial, &moved.parameters)
+        trials.whole_drive(trial).and_then(|drive| drive.targets(&moved.parameters).ok())
     };
     let Some(targets) = targets else { return false };
     let joints = &trial.drive.candidate().body.assembly.joints;
@@ -120,24 +116,13 @@ fn is_still(trials: &Trials<'_>, trial: &Trial<'_>, moved: &Moved<'_>) -> bool {
     (0..targets.actuators).all(is_held)
 }
 
-/// What the actuators are asked for over the whole of a motion, not only in its first seconds.
-fn whole_targets(rules: &RuleSet, trial: &Trial<'_>, parameters: &[f64]) -> Option<Targets> {
-    let candidate = Candidate::new(rules, Arc::clone(&trial.drive.candidate().derivation));
-    let task = rules.tasks.get(&trial.drive.task().name)?;
-    Drive::new(&candidate, task).ok()?.targets(parameters).ok()
-}
-
-fn values(trials: &Trials<'_>, wanted: &Expr) -> Vec<f64> {
-    trials.recordings().filter_map(|recording| quantities(recording, &[wanted]).ok()?.pop()).collect()
-}
-
 fn is_same(values: &[f64], by: f64) -> bool {
     let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
     values.len() >= ENOUGH && high - low <= by
 }
 
 /// The terms that an objective adds up, without what it subtracts; none if it is made otherwise.
-fn gained(objective: &Objective) -> Option<BTreeSet<&str>> {
+pub(super) fn gained(objective: &Objective) -> Option<BTreeSet<&str>> {
     fn add<'e>(value: &'e Expr, into: &mut BTreeSet<&'e str>) -> bool {
         match &value.kind {
             ExprKind::Term(name) => {

@@ -5,7 +5,6 @@ use grammar_lang::ir::Descriptor;
 use grammar_lang::units::shown;
 
 use super::{Trials, odd};
-use crate::score::quantities;
 
 /// So many bodies must have moved.
 const ENOUGH: usize = 3;
@@ -22,11 +21,10 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
 }
 
 fn in_one_cell(trials: &Trials<'_>, descriptor: &Descriptor) -> Option<Diagnostic> {
-    let values: Option<Vec<f64>> = trials
-        .recordings()
-        .map(|recording| quantities(recording, &[&descriptor.value]).ok()?.pop())
-        .collect();
-    let values = values.filter(|values| values.len() >= ENOUGH)?;
+    let values = trials.values(&descriptor.value);
+    if values.len() < ENOUGH || values.len() < trials.recordings().count() {
+        return None;
+    }
     let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
     let (from, to) = (descriptor.from, descriptor.to);
     // The walks may have gone further than many bodies of a search.

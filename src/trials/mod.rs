@@ -9,22 +9,26 @@ mod contact;
 mod failures;
 mod following;
 mod loads;
+mod mirrored;
 mod passive;
 mod reversals;
+mod scales;
+mod variables;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 
 use grammar_lang::Compiled;
 use grammar_lang::diagnostics::{Code, Diagnostic};
-use grammar_lang::ir::{RuleSet, Task};
+use grammar_lang::ir::{Expr, RuleSet, Task};
 use grammar_lang::source::{FileId, SourceMap, Span};
 
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation, walk};
 use crate::design::PartId;
 use crate::drive::{ControlLaw, Drive};
-use crate::score::{Recording, check_designs};
+use crate::score::{Recording, check_designs, quantities};
 use crate::search::{settings, solver};
 use crate::simulate::{Case, Invalid, Motion, Settings, Stop, World};
 
@@ -35,6 +39,8 @@ const BODIES: usize = 4;
 const MOTIONS: usize = 8;
 /// How much all motions of a grammar may take: elements times steps.
 const EFFORT: f64 = 300_000.0;
+/// How many operations the drives and the scores of a grammar may take together. What is not known then is not told.
+const OPERATIONS: u64 = 50_000_000;
 
 /// A body with its drive, and what came of its motions.
 struct Trial<'r> {
@@ -53,6 +59,10 @@ struct Moved<'r> {
 struct Trials<'r> {
     /// The rules with tasks of their whole time.
     whole: &'r RuleSet,
+    /// The text that declares the grammar; none of a variant of what the text declares first, which may leave something without effect.
+    own: Option<FileId>,
+    /// How many operations may still be taken.
+    operations: Arc<AtomicU64>,
     trials: Vec<Trial<'r>>,
 }
 
@@ -68,7 +78,8 @@ pub fn check_motions(compiled: &Compiled, entry: FileId, sources: &SourceMap) ->
             found.extend(walks.found);
             // What else is odd may make motions odd, too: it is told alone.
             if compiled.told(found.iter().cloned()).is_empty() {
-                found.extend(check_short(rules, walks.ends));
+                let own = (!compiled.is_varied()).then_some(entry);
+                found.extend(check_short(rules, own, walks.ends));
             }
         }
     }
@@ -76,7 +87,7 @@ pub fn check_motions(compiled: &Compiled, entry: FileId, sources: &SourceMap) ->
 }
 
 /// What is odd in all motions of a task.
-fn check_short(rules: &RuleSet, ends: Vec<Derivation>) -> Vec<Diagnostic> {
+fn check_short(rules: &RuleSet, own: Option<FileId>, ends: Vec<Derivation>) -> Vec<Diagnostic> {
     if rules.lattice.is_some() {
         return Vec::new();
     }
@@ -90,9 +101,9 @@ fn check_short(rules: &RuleSet, ends: Vec<Derivation>) -> Vec<Diagnostic> {
         bodies.extend(ends);
     }
     let mut found: Vec<Diagnostic> = Vec::new();
-    let mut left = EFFORT;
+    let mut left = (EFFORT, Arc::new(AtomicU64::new(OPERATIONS)));
     for task in short.tasks.keys() {
-        let Some(trials) = Trials::of((rules, &short), task, &bodies, &mut left) else { continue };
+        let Some(trials) = Trials::of((rules, &short), own, task, &bodies, &mut left) else { continue };
         for told in trials.odd() {
             if found.iter().all(|known| known.span() != told.span()) {
                 found.push(told);
@@ -106,9 +117,10 @@ impl<'r> Trials<'r> {
     /// The motions of a task; none if they take more than is left.
     fn of(
         (whole, rules): (&'r RuleSet, &'r RuleSet),
+        own: Option<FileId>,
         task: &str,
         bodies: &[Derivation],
-        left: &mut f64,
+        (effort, operations): &mut (f64, Arc<AtomicU64>),
     ) -> Option<Self> {
         let task = rules.tasks.get(task)?;
         let mut settings = settings(&task.model);
@@ -123,13 +135,13 @@ impl<'r> Trials<'r> {
             let candidate = Candidate::new(rules, Arc::new(derivation.clone()));
             let steps = settings.duration / settings.step * draws as f64;
             let takes = candidate.body.assembly.elements.len() as f64 * steps;
-            if candidate.body.actuators.is_empty() || takes > *left || trials.len() == BODIES {
+            if candidate.body.actuators.is_empty() || takes > *effort || trials.len() == BODIES {
                 continue;
             }
-            *left -= takes;
-            trials.push(Trial::of(&candidate, task, &settings, draws)?);
+            *effort -= takes;
+            trials.push(Trial::of(&candidate, task, operations, &settings, draws)?);
         }
-        (!trials.is_empty()).then_some(Self { whole, trials })
+        (!trials.is_empty()).then_some(Self { whole, own, operations: Arc::clone(operations), trials })
     }
 
     fn odd(&self) -> Vec<Diagnostic> {
@@ -142,8 +154,13 @@ impl<'r> Trials<'r> {
         found.extend(passive::check(self));
         found.extend(cells::check(self));
         found.extend(loads::check(self));
+        found.extend(mirrored::check(self));
+        found.extend(variables::check(self));
         if found.is_empty() {
             found.extend(aims::check(self));
+        }
+        if found.is_empty() {
+            found.extend(scales::check(self));
         }
         found
     }
@@ -160,11 +177,29 @@ impl<'r> Trials<'r> {
         self.motions()
             .map(|(trial, moved, motion)| Recording::nominal(&trial.drive, &moved.parameters, motion))
     }
+
+    /// What an expression of the motion comes to in all motions, as far as it has a value.
+    fn values(&self, wanted: &Expr) -> Vec<f64> {
+        self.recordings().filter_map(|recording| quantities(recording, &[wanted]).ok()?.pop()).collect()
+    }
+
+    /// What drives a body over the whole time of its task, not only in its first seconds.
+    fn whole_drive(&self, trial: &Trial<'_>) -> Option<Drive<'_>> {
+        let candidate = Candidate::new(self.whole, Arc::clone(&trial.drive.candidate().derivation));
+        let drive = Drive::new(&candidate, self.whole.tasks.get(&trial.drive.task().name)?).ok()?;
+        Some(drive.tried_with(&self.operations))
+    }
 }
 
 impl<'r> Trial<'r> {
-    fn of(candidate: &Candidate<'r>, task: &'r Task, settings: &Settings, draws: u64) -> Option<Self> {
-        let drive = Drive::new(candidate, task).ok()?;
+    fn of(
+        candidate: &Candidate<'r>,
+        task: &'r Task,
+        operations: &Arc<AtomicU64>,
+        settings: &Settings,
+        draws: u64,
+    ) -> Option<Self> {
+        let drive = Drive::new(candidate, task).ok()?.tried_with(operations);
         let mut simulation =
             solver(candidate.rules).model().prepare(&candidate.body.assembly, settings).ok()?;
         // Without anything to draw, all motions of a body are the same.

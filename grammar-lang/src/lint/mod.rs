@@ -24,6 +24,7 @@ mod few_channels;
 mod first_of_several;
 mod fronts;
 mod given_to_one;
+mod heights;
 mod instances;
 mod known;
 mod little_turn;
@@ -46,6 +47,7 @@ mod nothing_to_search;
 mod odd_axle;
 mod odd_search;
 mod odd_size;
+mod odd_turns;
 mod of_parts;
 mod open_cycle;
 mod other_joint;
@@ -60,8 +62,10 @@ mod pointless;
 mod said_twice;
 mod same_port;
 mod says_nothing;
+mod soft_cells;
 mod still_drive;
 mod stops_at_once;
+mod thick;
 mod twice_in_set;
 mod unmade;
 mod unread;
@@ -153,6 +157,10 @@ const DOUBTFUL: &[Lint] = &[
     mixed_axes::check,
     odd_axle::check,
     open_cycle::check,
+    odd_turns::check,
+    thick::check,
+    soft_cells::check,
+    heights::check,
     same_port::check,
     still_drive::grows,
 ];

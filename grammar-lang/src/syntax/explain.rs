@@ -198,6 +198,12 @@ fn looks_like(entry: Rule, piece: Stretch<'_>, place: usize, expected: &[&str]) 
     let first = piece.first_word();
     // What stands on a line of its own, as in an example of a variant, is nearer.
     let line = before.lines().last().map_or("", Stretch::first_word);
+    // The name of a descriptor, for example.
+    let names_block = before.lines().last().is_some_and(|last| last.text().trim() == line)
+        && piece.part(place, piece.end).text().starts_with('{');
+    if names_block && is_reserved(line) && expected.contains(&"`=`") {
+        return Some(format!("`{line}`{WORD_AS_NAME}"));
+    }
     if let Some(form) = form(entry, line).or_else(|| form(entry, first)) {
         return Some(format!("write for example `{form}`"));
     }

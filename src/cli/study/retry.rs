@@ -1,13 +1,13 @@
 //! `sgc study retry`: failed runs are tried again.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use crate::cli::exit;
 use crate::cli::output::{self, Fault};
-use crate::results::FileError;
+use crate::results::{FileError, place};
 use crate::results::run_files::CHECKPOINT;
 use crate::study::folder::{Run, Study};
 use crate::study::standing::{Standing, standing};
@@ -37,12 +37,23 @@ impl Retry {
             let folder = study.folder(*run);
             // What has no checkpoint can only begin anew.
             if folder.exists() && (self.anew || !folder.join(CHECKPOINT).exists()) {
-                crate::results::place::check_run(&folder).map_err(|_| {
+                place::check_run(&folder).map_err(|_| {
                     Fault::usage(format!(
                         "{} is damaged, or holds something that no run wrote: move it away, and give this command again",
                         folder.display()
                     ))
                 })?;
+                // A run that is named is removed with what was changed in it.
+                let changed = if self.run.is_empty() { place::changed(&folder) } else { None };
+                if let Some(file) = changed {
+                    return Err(Fault::usage(format!(
+                        "{} was changed since the run wrote it, or is damaged, and would be removed: move it elsewhere, or remove it with \
+                         `sgc study retry {} --anew --run {}`",
+                        file.display(),
+                        output::typed(&self.folder),
+                        output::typed(Path::new(&study.name(*run)))
+                    )));
+                }
                 fs::remove_dir_all(&folder).map_err(FileError::remove(&folder)).map_err(Fault::usage)?;
             }
             let note = study.note_of(*run);

@@ -20,14 +20,20 @@ pub(super) fn check(lattice: &Lattice, settings: &Settings) -> Result<(), Unfit>
     let (longest, ball) = longest(lattice);
     if settings.step > longest {
         return refuse(format!(
-            "steps of {} s are too long for the springs of ball {ball}; take at most {:.2e} s (1/{:.0} s), or \
+            "steps of {} are too long for the springs of ball {ball}; take at most {:.2e} s (1/{:.0} s), or \
              softer springs, less damping or heavier balls",
-            settings.step,
+            as_written(settings.step),
             rounded_down(longest),
             (1.0 / longest).ceil()
         ));
     }
     Ok(())
+}
+
+/// A step as people write it, such as `1/240 s`.
+fn as_written(step: f64) -> String {
+    let rate = libm::round(1.0 / step);
+    if (rate * step - 1.0).abs() < 1e-9 { format!("1/{rate} s") } else { format!("{step:.3e} s") }
 }
 
 /// A time with three digits that is no longer: what is advised must be taken.
@@ -64,7 +70,13 @@ pub(super) fn longest(lattice: &Lattice) -> (f64, usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::rounded_down;
+    use super::{as_written, rounded_down};
+
+    #[test]
+    fn a_step_is_shown_as_people_write_it() {
+        assert_eq!(as_written(1.0 / 12_000.0), "1/12000 s");
+        assert_eq!(as_written(0.000_123_45), "1.234e-4 s");
+    }
 
     #[test]
     fn what_is_advised_is_taken() {

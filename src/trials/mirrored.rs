@@ -1,0 +1,78 @@
+//! Objectives that no motion can gain by whose two halves mirror each other.
+
+use grammar_lang::diagnostics::Diagnostic;
+use grammar_lang::ir::{Attribute, Axis, Direction, ElementAttribute, Expr, ExprKind, Symmetry};
+
+use super::aims::gained;
+use super::{Moved, Trial, Trials, odd};
+use crate::design::assembly::Travel;
+
+/// So many motions are looked at, at least.
+const ENOUGH: usize = 4;
+/// A joint turns within a plane if the cosine of the angle between its axis and the normal is larger.
+const WITHIN: f64 = 0.999;
+/// Targets that differ by less are the same, to rounding, rad, m or rad/s.
+const SAME: f64 = 1e-9;
+
+pub(super) fn check(trials: &Trials<'_>) -> Option<Diagnostic> {
+    let rules = trials.whole;
+    let Symmetry::Mirror(normal) = rules.symmetry else { return None };
+    let moved = || trials.trials.iter().flat_map(|trial| trial.motions.iter().map(move |moved| (trial, moved)));
+    if moved().count() < ENOUGH || !moved().all(|(trial, moved)| is_symmetric(trial, moved, normal)) {
+        return None;
+    }
+    let task = trials.trials.first()?.drive.task();
+    let objective = task.objectives().find(|objective| objective.direction == Direction::Maximize)?;
+    let names = gained(objective)?;
+    let (name, what) = names.into_iter().find_map(|name| {
+        let value = &rules.terms.get(name)?.value;
+        // The mirror stands upright unless its normal is y.
+        let cannot = if normal != 1 && reads(value, &Attribute::Element(ElementAttribute::Yaw)) {
+            "cannot turn"
+        } else if normal == 0 && reads(value, &Attribute::Axis(Axis::X)) {
+            "cannot go forward"
+        } else {
+            return None;
+        };
+        Some((name, cannot))
+    })?;
+    let plane = ["yz", "xz", "xy"].get(normal)?;
+    Some(
+        odd(objective.value.span, format!("a robot whose two halves move alike {what}: `{name}` gains nothing"))
+            .label(format!("`symmetry mirror {plane}`, and all images do what their originals do"))
+            .help(if normal == 0 {
+                "`mirror xy` separates left from right; or let the drive of an image differ, as in `if a.image > 0 then -1 else 1`"
+            } else {
+                "let the drive of an image differ, as in `if a.image > 0 then -1 else 1`"
+            }),
+    )
+}
+
+fn reads(value: &Expr, wanted: &Attribute) -> bool {
+    value.any(&mut |e| matches!(&e.kind, ExprKind::Attribute(_, attribute) if attribute == wanted))
+}
+
+/// Whether each actuator has an image that is asked for the same, or turns within the plane of the mirror.
+fn is_symmetric(trial: &Trial<'_>, moved: &Moved<'_>, normal: usize) -> bool {
+    let candidate = trial.drive.candidate();
+    let turns_within = |actuator: usize| {
+        let joints = candidate.body.assembly.joints.iter().flat_map(|joint| joint.kind.dofs());
+        let mut own = joints.filter(|dof| dof.actuator() == Some(actuator));
+        own.all(|dof| dof.travel == Travel::Turn && dof.axis[normal].abs() > WITHIN)
+    };
+    let parts = &candidate.design().parts;
+    let actuators = &candidate.body.actuators;
+    let targets = &moved.law.targets;
+    let original = |id| parts.get(id).and_then(|part| part.image_of);
+    let does_as = |image: usize, own: usize| {
+        let at = |actuator: usize| targets.angles.iter().skip(actuator).step_by(targets.actuators);
+        at(image).zip(at(own)).all(|(a, b)| (a - b).abs() < SAME)
+    };
+    let has_image = |id| actuators.iter().any(|other| original(other) == Some(id));
+    !moved.law.is_closed_loop()
+        && parts.values().all(|part| !part.alone)
+        && actuators.iter().enumerate().all(|(place, id)| match original(id) {
+            Some(own) => actuators.iter().position(|other| *other == own).is_some_and(|own| does_as(place, own)),
+            None => has_image(*id) || turns_within(place),
+        })
+}
