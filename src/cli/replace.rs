@@ -10,6 +10,7 @@ use crate::reading;
 use crate::results::run_files;
 use crate::results::seal::{is_as_written_by, sealed};
 use crate::results::whole::write_whole;
+use crate::study::folder::is_of_study;
 
 /// Whether to replace what is there.
 #[derive(Args, Clone, Copy)]
@@ -70,6 +71,12 @@ pub(super) fn is_not_read(out: &Path) -> Result<(), Fault> {
         if run_files::is_of_run(&place) {
             return Err(Fault::usage(format!(
                 "{} is a file of the run in this folder, and the run needs it; choose another name with --out",
+                out.display()
+            )));
+        }
+        if is_of_study(&place) {
+            return Err(Fault::usage(format!(
+                "{} is a file of the study in this folder, and the study needs it; choose another name with --out",
                 out.display()
             )));
         }

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicU64;
 
 use grammar_lang::eval::{EvalError, MOST_OPERATIONS, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{
-    Cells, Effect, Expr, ExprKind, Holding, Match, Painting, Rule, RuleSet, Spread, Symmetry, Word,
+    Cells, Effect, Expr, ExprKind, Holding, Match, Method, Painting, Rule, RuleSet, Spread, Symmetry, Word,
 };
 
 use super::choosing::domain_of;
@@ -15,7 +15,7 @@ use super::repeated::{self, UnderWay};
 use super::scope::DesignScope;
 use super::{Derivation, Unrepeatable};
 use crate::design::step_of;
-use crate::design::{Attachment, Design, PartId, Refusal};
+use crate::design::{Attachment, Design, MOST_BALLS, PartId, Refusal, balls};
 
 /// How often the rules with `always` are carried out after a step until they settle. What passes from part to part settles after as many times as
 /// the body is deep.
@@ -71,6 +71,7 @@ impl Blocked {
             Self::Refused(Refusal::Empty) => "nothing left".to_owned(),
             Self::Refused(Refusal::NoCell) => "no cell there".to_owned(),
             Self::Refused(Refusal::TooMany) => "too many parts".to_owned(),
+            Self::Refused(Refusal::TooManyBalls) => "too many balls".to_owned(),
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| r.name.clone()),
             Self::Needed => "needed by a later step".to_owned(),
             Self::NoChange => "no change".to_owned(),
@@ -126,6 +127,9 @@ impl Blocked {
             Self::Refused(Refusal::TooMany) => {
                 "one step can make at most 256 parts, including images".to_owned()
             }
+            Self::Refused(Refusal::TooManyBalls) => {
+                format!("the filling would make more than {MOST_BALLS} balls of the design")
+            }
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| {
                 let because = r.because.as_ref().map_or(String::new(), |b| format!(": {b}"));
                 format!("`{}` would be broken{because}", r.name)
@@ -165,6 +169,13 @@ impl Derivation {
         let mut next = self.clone();
         let made = self.carry_out(&mut next, rules, &rule.effects, locals, self.next)?;
         next.carry_out_always(rules)?;
+        if let Method::Balls(Some(filling)) = rules.method() {
+            let balls = balls(&next.design, &filling);
+            // Also where the sizes of parts are beyond all numbers.
+            if !balls.is_finite() || balls > MOST_BALLS {
+                return Err(Refusal::TooManyBalls.into());
+            }
+        }
         if let Some(broken) = next.broken(rules)? {
             return Err(Blocked::Requirement(broken));
         }

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{Value, evaluate};
 use grammar_lang::ir::{
-    Effect, ExampleClause, Expr, ExprKind, Fallback, Group, Operator, Requirement, Rule, RuleSet,
+    Effect, ExampleClause, Expr, ExprKind, Fallback, Function, Group, Operator, Painting, Requirement, Rule,
+    RuleSet,
 };
 use grammar_lang::units::{Dimension, shown};
 
@@ -22,6 +23,8 @@ const EFFORT: usize = 300_000;
 const CELL: usize = 20;
 /// How often a rule must have been drawn before it counts as one that is never applied.
 const DRAWN: usize = 12;
+/// The same where nothing but a place is missing: it may wait for designs that walks reach only late.
+const SOUGHT: usize = 24;
 /// How many operations the requirements may take in all walks together, each as often as there are rules that may be tried in a move.
 const ASKED: u64 = 20_000_000;
 /// An expression of a rule that runs over more combinations than this may take too long.
@@ -104,9 +107,11 @@ pub fn walk(rules: &RuleSet) -> Walks {
         ends.push(derivation);
     }
     let mut found = never_applied(rules, &tried, made);
+    found.extend(never_matched(rules, &tried));
     found.extend(never_drawn(rules, &tried, &first, &ends));
     found.extend(limits_far_away(rules, &first, &ends));
     found.extend(begins_at_a_fallback(rules, &first));
+    found.extend(rules.fallbacks.iter().filter_map(|fallback| only_adds(rules, fallback)));
     let wants_actuators = rules.lattice.is_none()
         && rules.search.bodies.is_some()
         && rules.tasks.values().all(|task| !task.actuated.is_empty());
@@ -227,6 +232,42 @@ fn takes_long(rule: &Rule, parts: f64) -> bool {
     conditions.chain(guards).chain(drawn).chain(effects).any(is_long)
 }
 
+/// A warning for a fallback for large designs whose rule makes them larger.
+fn only_adds(rules: &RuleSet, fallback: &Fallback) -> Option<Diagnostic> {
+    let is_count = |e: &Expr| {
+        e.any(&mut |e| {
+            matches!(e.kind, ExprKind::Aggregate { body: None, .. } | ExprKind::Call(Function::Count, _))
+        })
+    };
+    let is_for_large = match &fallback.condition.kind {
+        ExprKind::Binary(many, Operator::Greater | Operator::GreaterEqual, limit) => {
+            is_count(many) && !is_count(limit)
+        }
+        _ => false,
+    };
+    let rule = rules.rules.iter().find(|rule| rule.name == fallback.rule)?;
+    let effects: Vec<&Effect> = Effect::single(&rule.effects).collect();
+    let adds = |effect: &&Effect| match effect {
+        Effect::Attach { .. } => true,
+        Effect::Cells(cells) => cells.how == Painting::Fill,
+        _ => false,
+    };
+    let takes = |effect: &&Effect| match effect {
+        Effect::Remove(_) | Effect::Revert(_) | Effect::Replace { .. } => true,
+        Effect::Cells(cells) => cells.how == Painting::Clear,
+        _ => false,
+    };
+    (is_for_large && effects.iter().any(adds) && !effects.iter().any(takes)).then(|| {
+        Diagnostic::new(
+            Code::NEVER_APPLIED,
+            fallback.span,
+            format!("this fallback is for large designs, but `{}` only adds", rule.name),
+        )
+        .label("once it is drawn, no other rule is")
+        .help("name a rule that takes something away: with `remove`, `revert` or `clear`")
+    })
+}
+
 /// A warning for a fallback whose condition holds of the first design: until it no longer does, no other rule is drawn.
 fn begins_at_a_fallback(rules: &RuleSet, first: &Derivation) -> Option<Diagnostic> {
     let scope = DesignScope::new(rules, first);
@@ -245,18 +286,45 @@ fn begins_at_a_fallback(rules: &RuleSet, first: &Derivation) -> Option<Diagnosti
     )
 }
 
+/// A warning for each rule with a condition that was drawn often and found no place.
+fn never_matched(rules: &RuleSet, tried: &[Tried]) -> Vec<Diagnostic> {
+    let in_examples = in_examples(rules);
+    let never = |(rule, tried): &(&Rule, &Tried)| {
+        tried.applied == 0
+            && tried.stopped.len() >= SOUGHT
+            && tried.stopped.iter().all(|cause| *cause == Blocked::NoMatch)
+            && rule.matches.iter().any(|matched| matched.condition.is_some())
+            && !in_examples.contains(rule.name.as_str())
+    };
+    let told = |(rule, tried): (&Rule, &Tried)| {
+        Diagnostic::new(
+            Code::NEVER_APPLIED,
+            rule.span,
+            format!("random walks never find a place for the rule `{}`", rule.name),
+        )
+        .label(format!("drawn {} times, and nothing fulfils what follows its `where`", tried.stopped.len()))
+        .help("is the condition right? If it waits for designs that other rules make, an example with this step shows that it can be applied")
+    };
+    rules.rules.iter().zip(tried).filter(never).map(told).collect()
+}
+
+/// The rules that examples apply.
+fn in_examples(rules: &RuleSet) -> BTreeSet<&str> {
+    let steps = rules.examples.values().flat_map(|example| &example.clauses);
+    steps
+        .filter_map(|clause| match clause {
+            ExampleClause::Step { application, .. } => Some(application.rule.as_str()),
+            _ => None,
+        })
+        .collect()
+}
+
 fn has_actuators(rules: &RuleSet, derivation: &Derivation) -> bool {
     derivation.design.parts.keys().any(|id| derivation.design.belongs(rules, *id, &Group::Actuator))
 }
 
 fn never_applied(rules: &RuleSet, tried: &[Tried], made: usize) -> Vec<Diagnostic> {
-    let steps = rules.examples.values().flat_map(|example| &example.clauses);
-    let in_examples: BTreeSet<&str> = steps
-        .filter_map(|clause| match clause {
-            ExampleClause::Step { application, .. } => Some(application.rule.as_str()),
-            _ => None,
-        })
-        .collect();
+    let in_examples = in_examples(rules);
     let never = |(rule, tried): (&Rule, &Tried)| {
         let drawn = tried.stopped.len();
         // Where not even a first move is made, each walk draws every rule once.

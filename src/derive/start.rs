@@ -14,10 +14,7 @@ use super::apply::{Blocked, attachment};
 use super::broken::compared;
 use super::{Derivation, DesignScope, run_example};
 use crate::design::CORE;
-use crate::design::{Design, Refusal, balls};
-
-/// A filling of a design may have so many balls: twice as many take `check` five seconds.
-const MOST_BALLS: f64 = 10_000.0;
+use crate::design::{Design, MOST_BALLS, Refusal, balls};
 
 /// The initial design, and what of it cannot be placed.
 pub(super) fn begin(rules: &RuleSet) -> (Derivation, Option<EvalError>) {

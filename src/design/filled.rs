@@ -71,6 +71,9 @@ pub(super) fn filled(design: &Design, rules: &RuleSet, body: &Body, filling: Fil
     own
 }
 
+/// A design of more balls than this is not worked with.
+pub(crate) const MOST_BALLS: f64 = 10_000.0;
+
 /// About how many balls a filling makes of a design.
 pub(crate) fn balls(design: &Design, filling: &Filling) -> f64 {
     let volume = |part: &Part| match part.made.as_ref() {

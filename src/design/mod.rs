@@ -27,7 +27,7 @@ use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
 pub use body::Body;
-pub(crate) use filled::balls;
+pub(crate) use filled::{MOST_BALLS, balls};
 pub use port::{PortFrame, ports};
 pub(crate) use port::{ends, pose_at};
 
@@ -142,6 +142,8 @@ pub enum Refusal {
     NoCell,
     /// One step, or the beginning, makes more than 256 parts: see [`PartId`].
     TooMany,
+    /// The filling would make more balls of the design than can be worked with.
+    TooManyBalls,
 }
 
 /// A tree of parts.

@@ -12,7 +12,8 @@ use super::{Body, Design, PartId};
 
 /// Two parts of a design that overlap, if any do.
 pub(super) fn first(design: &Design, rules: &RuleSet) -> Option<(PartId, PartId)> {
-    let body = Body::new(design, rules);
+    // Balls lie on one grid, and never overlap: what counts are the shapes that they fill.
+    let body = if rules.lattice.is_some() { Body::new(design, rules) } else { Body::of_parts(design, rules) };
     let solids: Vec<_> = body
         .assembly
         .elements

@@ -8,6 +8,7 @@ use grammar_lang::ir::{Descriptor, RuleSet};
 
 use super::FileError;
 use super::columns::{DESCRIPTOR, OBSERVED, distinct};
+use super::genuine::check_replaceable;
 use super::saved::SavedDesign;
 use super::whole::{check_no_link, read, write_own};
 use crate::search::Best;
@@ -60,7 +61,9 @@ pub(super) fn write(
     let folder = run.join(FOLDER);
     check_no_link(&folder)?;
     fs::create_dir_all(&folder).map_err(FileError::write(&folder))?;
-    write_own(&folder.join(file(cell)), &design.text())?;
+    let file = folder.join(file(cell));
+    check_replaceable(&file, design)?;
+    write_own(&file, &design.text())?;
     write_own(&run.join(TABLE), &table(rules, archive))
 }
 

@@ -320,7 +320,10 @@ impl RunFolder {
     ///
     /// A sentence with the system's reason.
     pub fn best(&self, design: &SavedDesign) -> Result<(), FileError> {
-        self.write_here(|| write_own(&self.best_path(), &design.text()))?;
+        self.write_here(|| {
+            genuine::check_replaceable(&self.best_path(), design)?;
+            write_own(&self.best_path(), &design.text())
+        })?;
         if let Some(old) = self.replaced.borrow_mut().take() {
             wait_no_more(&old);
             // Somebody may have put something into it meanwhile: then it stays.

@@ -8,6 +8,7 @@ use grammar_lang::ir::{RuleSet, objective_name};
 
 use super::columns::{OBSERVED, distinct};
 use super::evals::{BESIDE, objectives, quoted};
+use super::genuine::check_replaceable;
 use super::saved::SavedDesign;
 use super::seal::is_as_written;
 use super::whole::{check_no_link, entries, read, write_own};
@@ -45,7 +46,9 @@ pub(super) fn write_design(run: &Path, best: &Best, design: &SavedDesign) -> Res
     let folder = run.join(FOLDER);
     check_no_link(&folder)?;
     fs::create_dir_all(&folder).map_err(FileError::write(&folder))?;
-    write_own(&folder.join(file(best)), &design.text())
+    let file = folder.join(file(best));
+    check_replaceable(&file, design)?;
+    write_own(&file, &design.text())
 }
 
 /// Writes the table of the designs, which have their files, and removes the files of those that left the front, with their pages. What else is

@@ -11,12 +11,13 @@ use std::path::{Path, PathBuf};
 use grammar_lang::ir::{Direction, RuleSet};
 use grammar_lang::source::SourceMap;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use super::StudyError;
 use super::plan::Wanted;
 use crate::results::FileError;
 use crate::results::run_files::{self, Asked, Source, listed};
-use crate::results::saved::Grammar;
+use crate::results::saved::{Grammar, hex};
 use crate::results::whole::{entries, is_unfinished, read, write_own, write_whole};
 
 /// The copy of the file.
@@ -71,6 +72,16 @@ struct Plan {
     factors: Vec<String>,
     cells: Vec<Cell>,
     seeds: Vec<u64>,
+    /// Hash of all the other fields: whether somebody changed them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sum: Option<String>,
+}
+
+impl Plan {
+    fn checksum(&self) -> Result<String, serde_json::Error> {
+        let text = serde_json::to_string(&Self { sum: None, ..self.clone() })?;
+        Ok(hex(&Sha256::digest(text)))
+    }
 }
 
 /// One run of a study.
@@ -96,6 +107,16 @@ pub struct Change {
     pub new: usize,
     /// Runs that it does not ask for any more; their folders stay.
     pub left: usize,
+}
+
+/// Whether a file is one that the study in its folder, or in the folder above, cannot do without.
+#[must_use]
+pub fn is_of_study(file: &Path) -> bool {
+    let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let Some(folder) = file.parent() else { return false };
+    let is_study = |folder: &Path| folder.join(PLAN).is_file();
+    is_study(folder) && [STUDY, PLAN].contains(&name)
+        || folder.file_name().is_some_and(|own| own == TEXTS) && folder.parent().is_some_and(is_study)
 }
 
 impl Cell {
@@ -191,6 +212,10 @@ impl Study {
         if let Some(cell) = plan.cells.iter().find(|cell| !fits(cell)) {
             return Err(damaged(format!("its cell \"{}\" is not as sgc writes one", cell.name)));
         }
+        let is_as_written = plan.sum.is_none() || plan.checksum().ok() == plan.sum;
+        if !is_as_written {
+            return Err(damaged("it was changed since sgc wrote it".to_owned()));
+        }
         if plan.sgc != env!("CARGO_PKG_VERSION") {
             return Err(StudyError::OtherVersion { path: path.to_owned(), theirs: plan.sgc });
         }
@@ -265,6 +290,7 @@ impl Study {
             factors,
             cells: cells.iter().map(|(cell, _)| cell.clone()).collect(),
             seeds,
+            sum: None,
         };
         let study = Self { path: path.to_owned(), plan };
         if let Some(before) = &before {
@@ -306,7 +332,9 @@ impl Study {
             }
         }
         let file = self.path.join(PLAN);
-        let json = serde_json::to_string_pretty(&self.plan).map_err(FileError::write(&file))? + "\n";
+        let sum = self.plan.checksum().map_err(FileError::write(&file))?;
+        let plan = Plan { sum: Some(sum), ..self.plan.clone() };
+        let json = serde_json::to_string_pretty(&plan).map_err(FileError::write(&file))? + "\n";
         for (file, text) in [(file, json.as_str()), (self.path.join(STUDY), text)] {
             if read(&file).ok().as_deref() != Some(text) {
                 write_own(&file, text)?;

@@ -1,7 +1,7 @@
 //! Archives of which all bodies fall into one cell.
 
 use grammar_lang::diagnostics::Diagnostic;
-use grammar_lang::ir::Descriptor;
+use grammar_lang::ir::{Descriptor, ExprKind};
 use grammar_lang::units::shown;
 
 use super::{Trials, odd};
@@ -10,6 +10,8 @@ use super::{Trials, odd};
 const ENOUGH: usize = 3;
 /// All values lie within this share of the domain.
 const NARROW: f64 = 0.03;
+/// Of fewer cells, one may well hold most bodies.
+const FEW: usize = 4;
 /// Values above the axis are beyond it if they are so many times its length away.
 const BEYOND: f64 = 3.0;
 
@@ -30,7 +32,14 @@ fn in_one_cell(trials: &Trials<'_>, descriptor: &Descriptor) -> Option<Diagnosti
     // The walks may have gone further than many bodies of a search.
     let is_beyond = high < from || low > to + BEYOND * (to - from);
     let is_narrow = high > low && high - low < NARROW * (to - from);
-    if !is_beyond && !is_narrow {
+    // What depends on the motion may be far larger after the whole time.
+    let is_of_design = !descriptor.value.any(&mut |e| {
+        matches!(&e.kind, ExprKind::At(..) | ExprKind::Term(_))
+            || matches!(&e.kind, ExprKind::Attribute(_, attribute) if attribute.is_of_motion())
+    });
+    let cell = |value: f64| libm::floor((value - from) / (to - from) * descriptor.cells as f64);
+    let is_one = is_of_design && high > low && descriptor.cells >= FEW && cell(low) == cell(high);
+    if !is_beyond && !is_narrow && !is_one {
         return None;
     }
     let dimension = descriptor.value.ty.dimension().unwrap_or_default();

@@ -10,7 +10,8 @@ use crate::design::assembly::{Dof, JointKind, Shape};
 
 /// So many wheels are looked at, at least.
 const ENOUGH: usize = 4;
-/// The radius of a disk is so many times as large as half of its height, or more.
+/// The radius of a wheel is so many times as large as half of its height, or more; that of a flat disk is larger.
+const SHORT: f64 = 0.75;
 const FLAT: f64 = 1.5;
 /// An axle is across a disk if the cosine of the angle to its axis is less.
 const ACROSS: f64 = 0.1;
@@ -41,7 +42,7 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
             let arm = pose.translation.vector - dof.anchor.coords;
             let beside = (arm - dof.axis.into_inner() * arm.dot(&dof.axis)).norm();
             let seen = kinds.entry((kind.to_owned(), span)).or_default();
-            let is_across = own.dot(&dof.axis).abs() < ACROSS;
+            let is_across = is_flat(elements[element].shape, FLAT) && own.dot(&dof.axis).abs() < ACROSS;
             seen.wheels += 1;
             seen.touched += usize::from(slid.touching > 0.0);
             seen.across += usize::from(is_across);
@@ -88,14 +89,21 @@ fn wheels<'a>(trial: &'a Trial<'_>) -> Vec<(usize, &'a Dof)> {
             JointKind::Socket(_) => None,
         };
     }
-    let is_disk = |element: usize| match assembly.elements[element].shape {
-        Shape::Cylinder { radius, half_length } => radius > FLAT * half_length,
-        _ => false,
+    // The segments of a motor are no wheels.
+    let candidate = trial.drive.candidate();
+    let is_row = |element: usize| {
+        let part = candidate.body.parts_of_elements.get(element);
+        part.is_some_and(|part| candidate.body.actuators.contains(part))
     };
+    let is_disk = |element: usize| is_flat(assembly.elements[element].shape, SHORT) && !is_row(element);
     turned_by
         .iter()
         .enumerate()
         .filter_map(|(element, dof)| Some((element, (*dof)?)))
         .filter(|(e, _)| is_disk(*e))
         .collect()
+}
+
+fn is_flat(shape: Shape, times: f64) -> bool {
+    matches!(shape, Shape::Cylinder { radius, half_length } if radius > times * half_length)
 }

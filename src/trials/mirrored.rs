@@ -17,7 +17,8 @@ const SAME: f64 = 1e-9;
 pub(super) fn check(trials: &Trials<'_>) -> Option<Diagnostic> {
     let rules = trials.whole;
     let Symmetry::Mirror(normal) = rules.symmetry else { return None };
-    let moved = || trials.trials.iter().flat_map(|trial| trial.motions.iter().map(move |moved| (trial, moved)));
+    let moved =
+        || trials.trials.iter().flat_map(|trial| trial.motions.iter().map(move |moved| (trial, moved)));
     if moved().count() < ENOUGH || !moved().all(|(trial, moved)| is_symmetric(trial, moved, normal)) {
         return None;
     }
@@ -72,7 +73,9 @@ fn is_symmetric(trial: &Trial<'_>, moved: &Moved<'_>, normal: usize) -> bool {
     !moved.law.is_closed_loop()
         && parts.values().all(|part| !part.alone)
         && actuators.iter().enumerate().all(|(place, id)| match original(id) {
-            Some(own) => actuators.iter().position(|other| *other == own).is_some_and(|own| does_as(place, own)),
+            Some(own) => {
+                actuators.iter().position(|other| *other == own).is_some_and(|own| does_as(place, own))
+            }
             None => has_image(*id) || turns_within(place),
         })
 }

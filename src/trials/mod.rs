@@ -14,6 +14,7 @@ mod passive;
 mod reversals;
 mod scales;
 mod variables;
+mod waiting;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -147,6 +148,9 @@ impl<'r> Trials<'r> {
     fn odd(&self) -> Vec<Diagnostic> {
         if let Some(told) = failures::check(self) {
             return vec![told];
+        }
+        if waiting::check(self) {
+            return Vec::new();
         }
         let mut found: Vec<Diagnostic> = reversals::check(self).into_iter().collect();
         found.extend(following::check(self));

@@ -15,7 +15,7 @@ const SETTLED: f64 = 0.5;
 /// So close to an end of its range, as a share of it, a joint lies on its stop.
 const ON_STOP: f64 = 0.02;
 /// A joint that moves by less than this share of its range does not give way.
-const STIFF: f64 = 5e-4;
+const STIFF: f64 = 5e-3;
 /// So many joints are looked at, at least.
 const ENOUGH: usize = 4;
 
@@ -38,14 +38,16 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
                 continue;
             }
             let (low, high) = dof.limits;
+            let Control::Passive { neutral: slack } = dof.control else { continue };
             let near = ON_STOP * (high - low);
             let (least, most) =
                 places.iter().fold((f64::MAX, f64::MIN), |(a, b), place| (a.min(*place), b.max(*place)));
             let seen = kinds.entry((kind.to_owned(), span)).or_default();
             seen.joints += 1;
             seen.stopped += usize::from(most < low + near || least > high - near);
-            seen.stiff +=
-                usize::from(most - least < STIFF * (high - low) && least.abs().max(most.abs()) < near);
+            // From where its spring is slack: one that carries a load holds it near rest.
+            let way = (most - slack).abs().max((least - slack).abs());
+            seen.stiff += usize::from(way < STIFF * (high - low));
         }
     }
     let told = |((kind, span), seen): (&(String, Span), &Seen)| {
@@ -60,7 +62,7 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
         } else if seen.stiff == seen.joints {
             Some(
                 odd(*span, format!("the joint of `{kind}` never gives way"))
-                    .label(format!("{} joints move by less than a thousandth of their range", seen.joints))
+                    .label(format!("{} joints move by less than a hundredth of their range", seen.joints))
                     .help("is the stiffness in the right unit? Compare it with the weight on the joint by its lever"),
             )
         } else {

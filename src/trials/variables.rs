@@ -34,7 +34,9 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
     let told = |((name, span), _): ((String, Span), _)| {
         odd(span, format!("the variable `{name}` changes nothing"))
             .label("with any of its values the actuators of short motions do the same")
-            .help("is it multiplied by zero, or does it shift a cycle by whole turns? Half a cycle is `1 / 2`")
+            .help(
+                "is it multiplied by zero, or does it shift a cycle by whole turns? Half a cycle is `1 / 2`",
+            )
     };
     idle.map(told).collect()
 }

@@ -29,6 +29,13 @@ impl Reasoning<'_> {
         second.iter().any(|y| first.iter().any(|x| self.excludes(x, y)))
     }
 
+    /// Whether one of two conditions that are joined by `or` holds whatever there is: what they refuse excludes each other.
+    pub(super) fn cover(&mut self, a: &Expr, b: &Expr) -> bool {
+        let refused = |e| disjuncts(e).into_iter().filter_map(negated).collect::<Vec<_>>();
+        let (first, second) = (refused(a), refused(b));
+        second.iter().any(|y| first.iter().any(|x| self.excludes(x, y)))
+    }
+
     fn excludes(&mut self, x: &Expr, y: &Expr) -> bool {
         if let (ExprKind::Binary(a, first, what), ExprKind::Binary(b, second, other)) = (&x.kind, &y.kind) {
             use Operator::{Is, IsNot};
@@ -72,6 +79,31 @@ impl Reasoning<'_> {
         };
         Some((subject, left))
     }
+}
+
+/// The conditions that are joined by `or`.
+fn disjuncts(condition: &Expr) -> Vec<&Expr> {
+    match &condition.kind {
+        ExprKind::Binary(a, Operator::Or, b) => [disjuncts(a), disjuncts(b)].concat(),
+        _ => vec![condition],
+    }
+}
+
+/// The opposite of a comparison.
+fn negated(condition: &Expr) -> Option<Expr> {
+    use Operator as O;
+    let ExprKind::Binary(a, operator, b) = &condition.kind else { return None };
+    let operator = match operator {
+        O::Is => O::IsNot,
+        O::IsNot => O::Is,
+        O::Less => O::GreaterEqual,
+        O::LessEqual => O::Greater,
+        O::Greater => O::LessEqual,
+        O::GreaterEqual => O::Less,
+        O::NotEqual => O::Equal,
+        _ => return None,
+    };
+    Some(Expr { kind: ExprKind::Binary(a.clone(), operator, b.clone()), ..condition.clone() })
 }
 
 /// Whether an expression is a local, or an attribute of one: what has one value wherever it is read.

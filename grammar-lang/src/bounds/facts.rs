@@ -216,6 +216,11 @@ impl<'r> Facts<'r> {
         }
     }
 
+    /// The name of the part that nothing holds.
+    pub(super) fn core(&self) -> Option<&str> {
+        self.rules.begin.first().filter(|placed| placed.on.is_none()).map(|placed| placed.name.as_str())
+    }
+
     /// An attribute of a part of one of these kinds.
     pub(super) fn part_attribute(&self, kinds: &Kinds, attribute: PartAttribute) -> Abstract {
         let full = 2.0 * std::f64::consts::PI;

@@ -3,8 +3,8 @@
 use super::{Abstract, Facts, Interval, Kinds, Truth};
 use crate::eval::order::{self, is_less, is_same};
 use crate::ir::{
-    Attribute, Binder, Expr, ExprKind, Gather, Group, JointAttribute, Operator, PortAttribute, StepAttribute,
-    Ty,
+    Attribute, Axis, Binder, Expr, ExprKind, Gather, Group, JointAttribute, Operator, PartAttribute,
+    PortAttribute, StepAttribute, Ty,
 };
 use crate::source::Span;
 
@@ -210,6 +210,9 @@ impl<'f> Reasoning<'f> {
     }
 
     fn attribute(&mut self, span: Span, of: &Expr, attribute: &Attribute) -> Abstract {
+        if let Some(number) = self.of_core(of, attribute) {
+            return Abstract::Number(Interval::point(number));
+        }
         match (attribute, self.value(of)) {
             (Attribute::Part(attribute), Abstract::Part(kinds)) => {
                 if attribute.is_of_some() {
@@ -261,6 +264,26 @@ impl<'f> Reasoning<'f> {
             }
             _ => Abstract::Any,
         }
+    }
+
+    /// What is the same of the core of every design: nothing turns or moves it as a design grows.
+    fn of_core(&self, of: &Expr, attribute: &Attribute) -> Option<f64> {
+        let is_core =
+            |e: &Expr| matches!(&e.kind, ExprKind::Placed(name) if self.facts.core() == Some(name.as_str()));
+        let (axis, own) = match (attribute, &of.kind) {
+            (Attribute::Part(PartAttribute::Depth), _) if is_core(of) => return Some(0.0),
+            (Attribute::Axis(axis), ExprKind::Attribute(part, Attribute::Part(own))) if is_core(part) => {
+                (*axis, *own)
+            }
+            _ => return None,
+        };
+        let along = match own {
+            PartAttribute::Facing => Axis::X,
+            PartAttribute::Upward => Axis::Y,
+            PartAttribute::Sideways => Axis::Z,
+            _ => return None,
+        };
+        Some(f64::from(u8::from(along == axis)))
     }
 
     fn branch(&mut self, condition: &Expr, yes: &Expr, no: &Expr) -> Abstract {
@@ -359,6 +382,9 @@ impl<'f> Reasoning<'f> {
         }
         if operator == Operator::And && first == Truth::Sometimes && self.exclude(a, b) {
             return Abstract::Bool(Truth::Never);
+        }
+        if operator == Operator::Or && first == Truth::Sometimes && self.cover(a, b) {
+            return Abstract::Bool(Truth::Always);
         }
         Abstract::Bool(if operator == Operator::And { first.and(second) } else { first.or(second) })
     }

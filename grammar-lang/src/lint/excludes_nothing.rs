@@ -3,7 +3,7 @@
 use crate::bounds::Truth;
 use crate::bounds::linear::{Row, contradictory};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Expr, ExprKind, Requirement};
+use crate::ir::{Expr, ExprKind, Preference, Requirement};
 
 use super::clash::listed;
 use super::counts::Counts;
@@ -27,6 +27,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         return;
     }
     let mut counts = Counts::new(known);
+    let wanted: Vec<Diagnostic> =
+        known.ruleset.preferences.iter().filter_map(|one| always_had(known, one, &mut counts)).collect();
     let mut left: Vec<Limits<'_>> = fixed.map(|requirement| Limits::of(requirement, &mut counts)).collect();
     // The last of two that follow from each other is told.
     for place in (0..left.len()).rev() {
@@ -51,6 +53,27 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         }
         left.remove(place);
     }
+    findings.extend(wanted);
+}
+
+/// A preference that every design fulfils, or every design that fulfils the requirements.
+fn always_had(known: &Known<'_>, preference: &Preference, counts: &mut Counts<'_, '_>) -> Option<Diagnostic> {
+    let condition = &preference.condition;
+    let always = known.reasoning(&[]).truth(condition) == Truth::Always;
+    let broken = counts.rows(&not(condition));
+    let kept: Vec<Row> =
+        known.ruleset.requirements.iter().flat_map(|one| counts.rows(&one.condition)).collect();
+    let excluded = |rows: &[Row]| contradictory(&[counts.base(), broken.as_slice(), rows].concat());
+    let follows = !broken.is_empty() && !excluded(&[]) && excluded(&kept);
+    (always || follows).then(|| {
+        Diagnostic::new(
+            Code::EXCLUDES_NOTHING,
+            condition.span,
+            format!("every design fulfils the preference `{}`", preference.name),
+        )
+        .label(if always { "holds for every design" } else { "it follows from the requirements" })
+        .help("prefer what some designs lack, or take the preference out")
+    })
 }
 
 /// A requirement, and what holds of the numbers of parts where it does, and where it does not.
@@ -63,13 +86,13 @@ struct Limits<'r> {
 impl<'r> Limits<'r> {
     fn of(requirement: &'r Requirement, counts: &mut Counts<'_, '_>) -> Self {
         let condition = &requirement.condition;
-        let not = Expr {
-            kind: ExprKind::Not(Box::new(condition.clone())),
-            ty: condition.ty.clone(),
-            span: condition.span,
-        };
-        Self { requirement, kept: counts.rows(condition), broken: counts.rows(&not) }
+        Self { requirement, kept: counts.rows(condition), broken: counts.rows(&not(condition)) }
     }
+}
+
+/// The opposite of a condition.
+fn not(condition: &Expr) -> Expr {
+    Expr { kind: ExprKind::Not(Box::new(condition.clone())), ..condition.clone() }
 }
 
 fn told(requirement: &Requirement) -> Diagnostic {

@@ -40,9 +40,9 @@ fn summands(value: &Expr) -> Vec<&Expr> {
     match &value.kind {
         ExprKind::Convert(x, _) | ExprKind::Binary(x, Operator::Subtract, _) => summands(x),
         ExprKind::Binary(a, Operator::Add, b) => [summands(a), summands(b)].concat(),
-        ExprKind::Aggregate { how: Gather::Min | Gather::Mean | Gather::Quantile, body: Some(body), .. } => {
-            summands(body)
-        }
+        ExprKind::Aggregate {
+            how: Gather::Min | Gather::Mean | Gather::Quantile, body: Some(body), ..
+        } => summands(body),
         _ => vec![value],
     }
 }
@@ -55,7 +55,8 @@ fn is_height(ruleset: &RuleSet, value: &Expr) -> bool {
     value.any(&mut |e| {
         match &e.kind {
             ExprKind::At(what, time) => {
-                let of_position = matches!(&what.kind, ExprKind::Attribute(_, Attribute::Track(Track::Position)));
+                let of_position =
+                    matches!(&what.kind, ExprKind::Attribute(_, Attribute::Track(Track::Position)));
                 let is_fixed = !time.any(&mut |e| matches!(e.kind, ExprKind::Local(_)));
                 other |= !of_position || !is_fixed;
                 if !times.contains(&time.kind) {
@@ -69,11 +70,17 @@ fn is_height(ruleset: &RuleSet, value: &Expr) -> bool {
             ExprKind::Call(Function::Height, _) => heights += 1,
             // Whatever else makes a number of a position, or of the rest of a motion.
             ExprKind::Call(
-                Function::Length | Function::Horizontal | Function::Bearing | Function::Angle | Function::Heading,
+                Function::Length
+                | Function::Horizontal
+                | Function::Bearing
+                | Function::Angle
+                | Function::Heading,
                 _,
             )
             | ExprKind::Attribute(_, Attribute::Element(_)) => other = true,
-            ExprKind::Term(name) => other |= ruleset.terms.get(name).is_none_or(|term| !is_height(ruleset, &term.value)),
+            ExprKind::Term(name) => {
+                other |= ruleset.terms.get(name).is_none_or(|term| !is_height(ruleset, &term.value))
+            }
             _ => {}
         }
         false

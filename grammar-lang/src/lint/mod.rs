@@ -60,6 +60,7 @@ mod periods;
 mod places;
 mod pointless;
 mod said_twice;
+mod same_patterns;
 mod same_port;
 mod says_nothing;
 mod soft_cells;
@@ -161,6 +162,7 @@ const DOUBTFUL: &[Lint] = &[
     thick::check,
     soft_cells::check,
     heights::check,
+    same_patterns::check,
     same_port::check,
     still_drive::grows,
 ];

@@ -16,7 +16,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         let values = actuation.lets.iter().map(|(_, value)| value).chain([&actuation.drive]);
         for value in values {
             value.any(&mut |e| {
-                let ExprKind::Call(function @ (Function::Sin | Function::Cos), given) = &e.kind else { return false };
+                let ExprKind::Call(function @ (Function::Sin | Function::Cos), given) = &e.kind else {
+                    return false;
+                };
                 let turn = given.first().and_then(|angle| turn_of_period(known, angle));
                 let half_turns = turn.unwrap_or_default().abs() / PI;
                 if (half_turns - half_turns.round()).abs() > CLOSE {
@@ -31,7 +33,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 fn told(sine: &Expr, function: Function, turn: f64) -> Diagnostic {
     Diagnostic::new(Code::UNUSUAL, sine.span, "this does not repeat with its period")
         .label(format!("it turns by {} in each period", shown(turn, Dimension::ANGLE)))
-        .help(format!("a full turn is `360 deg`: write for example `{}(t / period * 360 deg)`", function.text()))
+        .help(format!(
+            "a full turn is `360 deg`: write for example `{}(t / period * 360 deg)`",
+            function.text()
+        ))
 }
 
 /// By what angle an expression grows while the time grows by what the time is divided by, if that is something that varies, rad.
@@ -48,7 +53,9 @@ fn rate(known: &Known<'_>, expr: &Expr) -> Option<(f64, bool)> {
     match &expr.kind {
         ExprKind::Word(Word::Time) => Some((1.0, false)),
         ExprKind::Negate(x) => rate(known, x).map(|(rate, divided)| (-rate, divided)),
-        ExprKind::Binary(a, Operator::Add | Operator::Subtract, b) => rate(known, a).or_else(|| rate(known, b)),
+        ExprKind::Binary(a, Operator::Add | Operator::Subtract, b) => {
+            rate(known, a).or_else(|| rate(known, b))
+        }
         ExprKind::Binary(a, Operator::Multiply, b) => {
             let times = |(rate, divided): (f64, bool), by: &Expr| Some((rate * constant(by)?, divided));
             match (rate(known, a), rate(known, b)) {

@@ -3,7 +3,8 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{
-    Attribute, Effect, Expr, ExprKind, Function, Group, Matched, Objective, Owner, PartAttribute, Rule, Word,
+    Attribute, Effect, Expr, ExprKind, Function, Group, Matched, Objective, Operator, Owner, PartAttribute,
+    Rule, State, Word,
 };
 use crate::source::Span;
 use crate::units::{Dimension, shown};
@@ -88,22 +89,32 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
         }
     }
-    let never_changes = |next: &Expr, name: &str| {
-        Diagnostic::new(Code::POINTLESS, next.span, format!("the state `{name}` never changes"))
-            .label("its next value is its present one")
-            .help("let `next` depend on the time, on a sensor or on its own value: `next min(n + 1, 9)`; for a constant, use `let`")
+    let never_changes = |state: &State, is_own: &dyn Fn(&Expr) -> bool| {
+        let (next, name) = (&state.next, &state.name);
+        let label = if is_own(next) {
+            "its next value is its present one"
+        } else {
+            match (&state.from.kind, truth(next, is_own, &state.from)) {
+                (ExprKind::Bool(true), Some(true)) => "it begins as true, and stays so",
+                (ExprKind::Bool(false), Some(false)) => "it begins as false, and stays so",
+                _ => return None,
+            }
+        };
+        let told = Diagnostic::new(Code::POINTLESS, next.span, format!("the state `{name}` never changes"))
+            .label(label)
+            .help("let `next` depend on the time, on a sensor or on its own value: `next min(n + 1, 9)`; for a constant, use `let`");
+        Some(told)
     };
     let mut constant = Vec::new();
     for state in rules.states.values().map(|state| &state.state) {
-        if matches!(&state.next.kind, ExprKind::Sensor(name, _) if *name == state.name) {
-            constant.push(never_changes(&state.next, &state.name));
-        }
+        let is_own = |e: &Expr| matches!(&e.kind, ExprKind::Sensor(name, _) if *name == state.name);
+        constant.extend(never_changes(state, &is_own));
     }
     for actuation in rules.actuations.values() {
         for (place, state) in actuation.states.iter().enumerate() {
-            if matches!(state.next.kind, ExprKind::Local(slot) if slot == actuation.first_state() + place) {
-                constant.push(never_changes(&state.next, &state.name));
-            }
+            let is_own =
+                |e: &Expr| matches!(e.kind, ExprKind::Local(slot) if slot == actuation.first_state() + place);
+            constant.extend(never_changes(state, &is_own));
         }
     }
     for (name, sensor) in &rules.sensors {
@@ -267,5 +278,26 @@ fn is_image(group: &Expr) -> bool {
         ExprKind::Attribute(_, Attribute::Part(PartAttribute::Image)) => true,
         ExprKind::List(items) => !items.is_empty() && items.iter().all(is_image),
         _ => false,
+    }
+}
+
+/// What a condition is whatever else it reads, while a state is as it begins.
+fn truth(condition: &Expr, is_own: &dyn Fn(&Expr) -> bool, from: &Expr) -> Option<bool> {
+    if is_own(condition) {
+        return truth(from, &|_| false, from);
+    }
+    let of = |e: &Expr| truth(e, is_own, from);
+    match &condition.kind {
+        ExprKind::Bool(known) => Some(*known),
+        ExprKind::Not(x) => Some(!of(x)?),
+        ExprKind::Binary(a, operator @ (Operator::And | Operator::Or), b) => {
+            let decided = *operator == Operator::Or;
+            match (of(a), of(b)) {
+                (Some(x), _) | (_, Some(x)) if x == decided => Some(decided),
+                (Some(x), Some(_)) => Some(x),
+                _ => None,
+            }
+        }
+        _ => None,
     }
 }

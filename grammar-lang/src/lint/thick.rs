@@ -10,7 +10,8 @@ use super::known::Known;
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let bends = known.ruleset.actuators.iter().filter(|(_, a)| a.joint.kind == JointKind::Bend);
     for (name, actuator) in bends {
-        let fewest = actuator.params.get("segments").and_then(|p| p.domain).map_or(2.0, |(low, _)| low.max(2.0));
+        let fewest =
+            actuator.params.get("segments").and_then(|p| p.domain).map_or(2.0, |(low, _)| low.max(2.0));
         let Some(made) = usual(known, actuator) else { continue };
         // A strip may be wider than long.
         let half = made.segment.half_extents();

@@ -7,8 +7,8 @@ use clap::Args;
 
 use crate::cli::exit;
 use crate::cli::output::{self, Fault};
-use crate::results::{FileError, place};
 use crate::results::run_files::CHECKPOINT;
+use crate::results::{FileError, place};
 use crate::study::folder::{Run, Study};
 use crate::study::standing::{Standing, standing};
 
@@ -37,10 +37,9 @@ impl Retry {
             let folder = study.folder(*run);
             // What has no checkpoint can only begin anew.
             if folder.exists() && (self.anew || !folder.join(CHECKPOINT).exists()) {
-                place::check_run(&folder).map_err(|_| {
+                place::check_run(&folder).map_err(|why| {
                     Fault::usage(format!(
-                        "{} is damaged, or holds something that no run wrote: move it away, and give this command again",
-                        folder.display()
+                        "cannot remove this run: {why}. Move the folder away, and give this command again"
                     ))
                 })?;
                 // A run that is named is removed with what was changed in it.

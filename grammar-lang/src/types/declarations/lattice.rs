@@ -365,7 +365,11 @@ impl Declarations<'_> {
         let spacing = self.number(&from, "spacing", Dimension::LENGTH, Sign::Positive, "1 cm", cx);
         let stiffness = self.number(&from, "stiffness", Dimension::STIFFNESS, Sign::Positive, "500 N/m", cx);
         let damping = self.number(&from, "damping", Dimension::DAMPING, Sign::NotNegative, "0.5 N*s/m", cx);
-        Some(ir::Filling { spacing: spacing?, stiffness: stiffness?, damping: damping? })
+        let filling = ir::Filling { spacing: spacing?, stiffness: stiffness?, damping: damping? };
+        if let Some((_, tree)) = from.values.get("stiffness") {
+            self.soft_filling(&filling, tree);
+        }
+        Some(filling)
     }
 }
 

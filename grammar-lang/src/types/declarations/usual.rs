@@ -2,6 +2,7 @@
 
 use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::Filling;
 use crate::source::Span;
 use crate::syntax::ast::{self, ExprKind};
 use crate::units::{self, Dimension, Unit};
@@ -35,6 +36,8 @@ const fn usual(
 
 /// Rubber on dry concrete has 0.6 to 1 in most tables, 1 to 4 in one (M. Michaels, "Coefficients of friction for rubber",
 /// hypertextbook.com/facts/2006/MatthewMichaels.shtml).
+/// Nothing that robots are made of is softer, Pa: the softest gels have some kPa.
+const SOFTEST: f64 = 4e3;
 const FRICTION: (f64, f64) = (0.0, 3.0);
 /// Most slabstock foams have 12 to 40 kg/m^3 ("Handbook of Polymer Foams", 5.6.1), osmium has 22.59 g/cm^3 (Guinness World Records,
 /// "Densest naturally occurring element").
@@ -222,6 +225,27 @@ impl Declarations<'_> {
                 .label(label)
                 .help(format!("check the units of `damping` and `stiffness`. {}", allowed())),
         );
+    }
+
+    /// Warns of a filling that is softer than any gel. A lattice of springs to the nearest and to the diagonal neighbours has a modulus of three times
+    /// the stiffness by the spacing.
+    pub(super) fn soft_filling(&mut self, filling: &Filling, tree: &ast::Expr) {
+        let modulus = 3.0 * filling.stiffness / filling.spacing;
+        if modulus < SOFTEST {
+            self.report(
+                Diagnostic::new(Code::UNUSUAL, tree.span, "this filling is softer than any gel")
+                    .label(format!(
+                        "springs of {} with a spacing of {} make a material of {}",
+                        units::shown(filling.stiffness, Dimension::STIFFNESS),
+                        units::shown(filling.spacing, Dimension::LENGTH),
+                        units::shown(modulus, Dimension::PRESSURE)
+                    ))
+                    .help(format!(
+                        "a spring has a third of the modulus of the material times the spacing: 2 kN/m for 1 MPa and 6 mm. {}",
+                        allowed()
+                    )),
+            );
+        }
     }
 
     /// Warns of a body that is mirrored up and down, though only one half of it can stand on the ground.

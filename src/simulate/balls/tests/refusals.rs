@@ -55,7 +55,7 @@ fn a_step_that_is_too_long_is_refused() {
         b.springs.iter_mut().for_each(|spring| spring.stiffness = 2000.0);
         s.step = 1.0 / 1200.0;
     });
-    let rate: f64 = reason.split("1/").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let rate: f64 = reason.split("(1/").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!(reason.contains("are too long for the springs of ball") && rate > 2000.0, "{reason}");
     let mut body = lattice(&cells([0, 0, 0], [7, 7, 7]));
     body.springs.iter_mut().for_each(|spring| spring.stiffness = 2000.0);
