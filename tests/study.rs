@@ -386,6 +386,11 @@ fn a_study_goes_on_only_as_it_began() {
     fails("was begun by sgc 0.0.1");
     std::fs::write(&plan, own.replace("\"quick,evaluations=20\"", "\"../quick\"")).unwrap();
     fails("its cell \"../quick\" is not as sgc writes one");
+    // What somebody changed in the plan is not mistaken for what was asked.
+    let edited = own.replacen("\"max_evals\": ", "\"max_evals\": 1", 1);
+    assert_ne!(edited, own);
+    std::fs::write(&plan, edited).unwrap();
+    fails("plan.json is damaged: it was changed since sgc wrote it");
     std::fs::write(&plan, &own[..own.len() / 2]).unwrap();
     fails("plan.json is damaged");
     std::fs::remove_file(&plan).unwrap();

@@ -107,7 +107,6 @@ pub fn walk(rules: &RuleSet) -> Walks {
         ends.push(derivation);
     }
     let mut found = never_applied(rules, &tried, made);
-    found.extend(never_matched(rules, &tried));
     found.extend(never_drawn(rules, &tried, &first, &ends));
     found.extend(limits_far_away(rules, &first, &ends));
     found.extend(begins_at_a_fallback(rules, &first));
@@ -122,7 +121,12 @@ pub fn walk(rules: &RuleSet) -> Walks {
                 .help("add a rule that attaches an actuator; `sgc audit` shows what stops each rule"),
         );
     }
-    found.extend(shrinking(rules, &first));
+    let shrinking = shrinking(rules, &first);
+    // Where nothing grows, rules for what has grown find no place.
+    if shrinking.is_none() {
+        found.extend(never_matched(rules, &tried));
+    }
+    found.extend(shrinking);
     Walks { found, ends }
 }
 

@@ -68,6 +68,11 @@ impl Verdict {
     }
 }
 
+/// Whether work that is so many times as much is about the same.
+pub(super) fn works_alike(times: f64) -> bool {
+    times.max(1.0 / times) <= WORKS_ALIKE
+}
+
 /// What a cross-check says of the value of a task. Both must be as good as the share of the other that the search asks for.
 #[must_use]
 pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
@@ -94,7 +99,7 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
         }
         Measured::Drift if other <= STAYS => Verdict::Confirmed,
         Measured::Drift | Measured::Spin => Verdict::Refuted,
-        Measured::Work if other.max(1.0 / other) <= WORKS_ALIKE => Verdict::Confirmed,
+        Measured::Work if works_alike(other) => Verdict::Confirmed,
         Measured::Work => Verdict::OtherWork,
         Measured::Value | Measured::InWorlds => {
             compared(direction, at_rest, share, (value, other), noise(task, objective, saved))

@@ -212,12 +212,12 @@ impl Study {
         if let Some(cell) = plan.cells.iter().find(|cell| !fits(cell)) {
             return Err(damaged(format!("its cell \"{}\" is not as sgc writes one", cell.name)));
         }
+        if plan.sgc != env!("CARGO_PKG_VERSION") {
+            return Err(StudyError::OtherVersion { path: path.to_owned(), theirs: plan.sgc });
+        }
         let is_as_written = plan.sum.is_none() || plan.checksum().ok() == plan.sum;
         if !is_as_written {
             return Err(damaged("it was changed since sgc wrote it".to_owned()));
-        }
-        if plan.sgc != env!("CARGO_PKG_VERSION") {
-            return Err(StudyError::OtherVersion { path: path.to_owned(), theirs: plan.sgc });
         }
         Ok(Self { path: path.to_owned(), plan })
     }
