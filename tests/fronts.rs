@@ -157,6 +157,34 @@ fn what_another_objective_comes_to_cannot_be_forged() {
 }
 
 /// A count of the design can be an objective: prices are told step by step.
+/// What somebody put where a design of the front will be is not overwritten; without it, the run goes on.
+#[test]
+fn a_front_does_not_overwrite_what_is_in_the_place_of_a_design() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = grammar(folder.path(), "minimize energy in J");
+    let (whole, out) = (folder.path().join("whole"), folder.path().join("run"));
+    let run = |out: &Path, more: &[&str]| {
+        let fixed = ["run", path(&grammar), "--max-evals", "1500", "--jobs", "1", "--out", path(out)];
+        sgc(&[&fixed[..], more].concat())
+    };
+    assert_eq!(run(&whole, &[]).status.code(), Some(0));
+    let stopped = run(&out, &["--time", "1s"]);
+    assert_eq!(stopped.status.code(), Some(75), "{}", said(&stopped));
+    let later = std::fs::read_dir(whole.join("front")).unwrap().map(|entry| entry.unwrap().file_name());
+    let later = later.map(|name| out.join("front").join(name)).find(|file| !file.exists());
+    let notes = later.expect("the front has not changed any more");
+    std::fs::write(&notes, "my notes").unwrap();
+    let refused = sgc(&["resume", path(&out)]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    assert!(said(&refused).contains("move it away"), "{}", said(&refused));
+    assert_eq!(std::fs::read_to_string(&notes).unwrap(), "my notes");
+    std::fs::remove_file(&notes).unwrap();
+    let resumed = sgc(&["resume", path(&out)]);
+    assert_eq!(resumed.status.code(), Some(0), "{}", said(&resumed));
+    let table = |out: &Path| std::fs::read_to_string(out.join("front.csv")).unwrap();
+    assert_eq!(table(&out), table(&whole));
+}
+
 #[test]
 fn a_front_over_three_objectives_tells_what_actuators_cost() {
     let folder = tempfile::tempdir().unwrap();

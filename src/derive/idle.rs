@@ -156,7 +156,7 @@ fn shrinking(rules: &RuleSet, first: &Derivation) -> Option<Diagnostic> {
 fn never_drawn(rules: &RuleSet, tried: &[Tried], first: &Derivation, ends: &[Derivation]) -> Vec<Diagnostic> {
     let is_zero = |rule: &Rule, derivation: &Derivation| {
         evaluate(&rule.weight, &DesignScope::new(rules, derivation), &mut Vec::new())
-            == Ok(Value::Number(0.0))
+            .is_ok_and(|weight| weight.as_number().is_some_and(|weight| weight <= 0.0))
     };
     let never = |(rule, tried): &(&Rule, &Tried)| {
         let was_drawn = tried.applied > 0 || !tried.stopped.is_empty();
@@ -170,7 +170,7 @@ fn never_drawn(rules: &RuleSet, tried: &[Tried], first: &Derivation, ends: &[Der
             rule.weight.span,
             format!("random walks never draw the rule `{}`", rule.name),
         )
-        .label("0 in all their designs")
+        .label("0 or less in all their designs")
         .help("a rule of weight 0 is never tried: give it a weight above 0 in the first design, too")
     };
     rules.rules.iter().zip(tried).filter(never).map(told).collect()

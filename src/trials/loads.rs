@@ -2,7 +2,7 @@
 
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::eval::evaluate;
-use grammar_lang::ir::{Attribute, Expr, ExprKind, Operator, Track};
+use grammar_lang::ir::{Attribute, Expr, ExprKind, Operator, RuleSet, Track};
 use grammar_lang::units::{Dimension, shown};
 
 use super::{Trials, odd};
@@ -18,15 +18,18 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
         trial.drive.candidate().body.assembly.elements.iter().map(|element| element.mass).sum::<f64>()
     };
     let heaviest = trials.trials.iter().map(|trial| mass(trial) * gravity).fold(0.0, f64::max);
-    let mut found = Vec::new();
-    for (name, sensor) in &rules.sensors {
-        sensor.value.any(&mut |e| {
-            let Some(limit) = limit_of_load(e) else { return false };
+    let of_sensors = rules.sensors.values().map(|sensor| &sensor.value);
+    let of_actuations = rules.actuations.values().flat_map(|actuation| actuation.values());
+    let of_states = rules.states.values().flat_map(|state| state.values());
+    let mut found: Vec<Diagnostic> = Vec::new();
+    for value in of_sensors.chain(of_actuations).chain(of_states) {
+        value.any(&mut |e| {
+            let Some(limit) = limit_of_load(rules, e) else { return false };
             let Ok(value) = evaluate(limit, rules, &mut Vec::new()) else { return false };
             let is_far = value.as_number().is_some_and(|limit| limit > FAR * heaviest);
-            if is_far {
+            if is_far && found.iter().all(|known| known.span() != limit.span) {
                 found.push(
-                    odd(limit.span, format!("the sensor `{name}` waits for more than the whole body weighs"))
+                    odd(limit.span, "a sensor waits for more than the whole body weighs".to_owned())
                         .label(format!(
                             "the heaviest body of short motions weighs {}",
                             shown(heaviest, Dimension::FORCE)
@@ -41,9 +44,16 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
 }
 
 /// What a load is compared with.
-fn limit_of_load(e: &Expr) -> Option<&Expr> {
-    let is_load =
+fn limit_of_load<'e>(rules: &RuleSet, e: &'e Expr) -> Option<&'e Expr> {
+    let reads_load =
         |e: &Expr| e.any(&mut |e| matches!(&e.kind, ExprKind::Attribute(_, Attribute::Track(Track::Load))));
+    // The load itself, or a sensor that measures it.
+    let is_load = |e: &Expr| {
+        reads_load(e)
+            || e.any(&mut |e| {
+                matches!(&e.kind, ExprKind::Sensor(name, _) if rules.sensors.get(name).is_some_and(|s| reads_load(&s.value)))
+            })
+    };
     match &e.kind {
         ExprKind::Binary(load, Operator::Greater | Operator::GreaterEqual, limit) if is_load(load) => {
             Some(limit)

@@ -49,6 +49,57 @@ pub(super) fn check(trials: &Trials<'_>) -> Option<Diagnostic> {
     )
 }
 
+/// Wheels of both sides of a mirror that are driven against each other.
+pub(super) fn against_each_other(trials: &Trials<'_>) -> Option<Diagnostic> {
+    let rules = trials.whole;
+    if !matches!(rules.symmetry, Symmetry::Mirror(_)) {
+        return None;
+    }
+    let task = trials.trials.first()?.drive.task();
+    let turns = |value: &Expr| reads(value, &Attribute::Element(ElementAttribute::Yaw));
+    let is_for_turns = task.objectives().any(|objective| {
+        objective.value.any(&mut |e| match &e.kind {
+            ExprKind::Term(name) => rules.terms.get(name).is_none_or(|term| turns(&term.value)),
+            _ => turns(e),
+        })
+    });
+    if is_for_turns {
+        return None;
+    }
+    let (mut pairs, mut driven) = (0, None);
+    for trial in &trials.trials {
+        let candidate = trial.drive.candidate();
+        let actuators = &candidate.body.actuators;
+        let dofs = || candidate.body.assembly.joints.iter().flat_map(|joint| joint.kind.dofs());
+        for (place, name, span) in trial.drive.driven_ahead() {
+            let part = actuators.get(place).and_then(|id| candidate.design().parts.get(id));
+            let own = part.and_then(|part| actuators.iter().position(|id| Some(*id) == part.image_of));
+            let Some(own) = own.filter(|_| dofs().any(|dof| dof.is_spun() && dof.actuator() == Some(place)))
+            else {
+                continue;
+            };
+            for moved in &trial.motions {
+                let targets = &moved.law.targets;
+                let at =
+                    |actuator: usize| targets.angles.iter().skip(actuator).step_by(targets.actuators.max(1));
+                let opposite = at(place).zip(at(own)).all(|(a, b)| (a + b).abs() < SAME);
+                let turns = at(place).any(|a| a.abs() > SAME);
+                if !opposite || !turns {
+                    return None;
+                }
+                pairs += 1;
+                driven = Some((name, span));
+            }
+        }
+    }
+    let (name, span) = driven.filter(|_| pairs >= ENOUGH)?;
+    Some(
+        odd(span, format!("`{name}` drives the motors of both sides against each other"))
+            .label("an image always turns the other way than its original")
+            .help("an image is mirrored already: with the same speed, the wheels of both sides roll forward together"),
+    )
+}
+
 fn reads(value: &Expr, wanted: &Attribute) -> bool {
     value.any(&mut |e| matches!(&e.kind, ExprKind::Attribute(_, attribute) if attribute == wanted))
 }

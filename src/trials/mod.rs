@@ -159,6 +159,7 @@ impl<'r> Trials<'r> {
         found.extend(cells::check(self));
         found.extend(loads::check(self));
         found.extend(mirrored::check(self));
+        found.extend(mirrored::against_each_other(self));
         found.extend(variables::check(self));
         if found.is_empty() {
             found.extend(aims::check(self));

@@ -60,7 +60,7 @@ fn hot(rules: &RuleSet, objective: &Objective, ahead: f64) -> Option<Diagnostic>
                 "it begins at {highest}, and short motions come to {} at the most if they go on in the same way",
                 with_unit(ahead, objective)
             ))
-            .help("losses of about the temperature are accepted: choose it, or the unit of the objective, so that it is a part of what a good design comes to")
+            .help("losses of about the temperature are accepted: choose it, or the unit of the objective, so that it is a part of what a good design comes to. If nothing moves the robot, do its legs reach the ground?")
     })
 }
 

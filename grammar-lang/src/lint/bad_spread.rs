@@ -8,6 +8,9 @@ use crate::units::shown;
 
 use super::known::Known;
 
+/// A deviation is tiny if it is less than this share of the domain.
+const TINY: f64 = 1e-3;
+
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (rule, locals) in known.rules() {
         let mut asks = Asks { reasoning: known.reasoning(&locals.all) };
@@ -21,6 +24,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Kernel::Normal(mean, deviation) => asks
                 .deviation(deviation)
                 .or_else(|| asks.beyond(variable, deviation))
+                .or_else(|| asks.tiny(variable, deviation))
                 .or_else(|| asks.one_way(variable, mean, deviation)),
             Kernel::Uniform(low, high) => asks.ends(low, high),
         });
@@ -106,6 +110,25 @@ impl Asks<'_> {
             )
             .label(format!("the domain is only {} wide", shown(width, dimension)))
             .help("write a smaller deviation, such as a fifth of the domain")
+        })
+    }
+
+    /// A deviation that is tiny beside the domain, whatever the search does: it takes thousands of changes to cross it.
+    fn tiny(&mut self, variable: &Variable, deviation: &Expr) -> Option<Diagnostic> {
+        let (most, width) = (self.numbers(deviation).high, variable.domain.1 - variable.domain.0);
+        let dimension = variable.ty.dimension()?;
+        (most > 0.0 && most < TINY * width).then(|| {
+            Diagnostic::new(
+                Code::UNUSUAL,
+                deviation.span,
+                format!("changes of `{}` are tiny beside its domain", variable.name),
+            )
+            .label(format!(
+                "at most {}, and the domain is {} wide",
+                shown(most, dimension),
+                shown(width, dimension)
+            ))
+            .help("is the unit right? Write for example a fifth of the domain")
         })
     }
 

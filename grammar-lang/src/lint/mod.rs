@@ -12,6 +12,7 @@ mod clash;
 mod constant_aim;
 mod constant_if;
 mod constant_requirement;
+mod constant_set;
 mod counts;
 mod cycles;
 mod empty_choice;
@@ -33,6 +34,7 @@ mod near_zero;
 mod negative_weight;
 mod never_applies;
 mod never_drawn;
+mod never_given;
 mod never_matches;
 mod never_turns;
 mod no_grip;
@@ -163,6 +165,8 @@ const DOUBTFUL: &[Lint] = &[
     soft_cells::check,
     heights::check,
     same_patterns::check,
+    constant_set::check,
+    never_given::check,
     same_port::check,
     still_drive::grows,
 ];

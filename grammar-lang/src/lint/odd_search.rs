@@ -4,6 +4,7 @@ use crate::bounds::{Interval, Truth};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{
     BodyLoop, BodyMethod, Expr, ExprKind, Function, Population, Schedule, SearchMethod, SearchWord, Word,
+    without_spans,
 };
 use crate::source::Span;
 use crate::units::Dimension;
@@ -61,6 +62,19 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         }
         if let BodyMethod::Archive(archive) = method {
             let fixed = archive.descriptors.values().find(|kind| numbers(&kind.value).single().is_some());
+            let axes: Vec<&Expr> = archive.descriptors.values().map(|kind| &kind.value).collect();
+            let is_repeated = |(place, value): &(usize, &&Expr)| {
+                axes.iter().take(*place).any(|other| without_spans(other).ok() == without_spans(value).ok())
+            };
+            let repeated = axes.iter().enumerate().find(is_repeated);
+            findings.extend(repeated.map(|(_, value)| {
+                told(
+                    value.span,
+                    "two axes of the archive are the same",
+                    "the same value as of another descriptor",
+                    "describe something else here, such as `count(actuator)`",
+                )
+            }));
             findings.extend(fixed.map(|kind| {
                 told(
                     kind.value.span,

@@ -12,6 +12,9 @@ use crate::units::{Dimension, shown};
 use super::known::Known;
 use super::places::places;
 
+/// No sensor of an angle scatters by so much, rad: 30 degrees.
+const MOST_NOISE: f64 = 0.53;
+
 /// No sensor of a robot is so late, s.
 const LATE: f64 = 1.0;
 
@@ -127,12 +130,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 "read something `at now`, as in `core.rotation at now`",
             );
         }
-        // Half a turn to either side is all that an angle within a turn can be.
-        if sensor.ty.dimension() == Some(Dimension::ANGLE) && sensor.noise > std::f64::consts::FRAC_PI_2 {
+        if sensor.ty.dimension() == Some(Dimension::ANGLE) && sensor.noise > MOST_NOISE {
             told(
                 sensor.span,
-                &format!("the noise of `{name}` is larger than what it measures"),
-                "its readings scatter over more than a turn",
+                &format!("the readings of `{name}` scatter by {}", shown(sensor.noise, Dimension::ANGLE)),
+                "no sensor of an angle is so bad",
                 "write how far readings scatter, such as `noise 1 deg`",
             );
         }
