@@ -391,6 +391,13 @@ fn a_study_goes_on_only_as_it_began() {
     assert_ne!(edited, own);
     std::fs::write(&plan, edited).unwrap();
     fails("plan.json is damaged: it was changed since sgc wrote it");
+    std::fs::write(&plan, &own).unwrap();
+    let copy = out.join("study.toml");
+    let copied = std::fs::read_to_string(&copy).unwrap();
+    std::fs::write(&copy, "my notes").unwrap();
+    fails("study.toml was changed since sgc wrote it");
+    assert_eq!(std::fs::read_to_string(&copy).unwrap(), "my notes");
+    std::fs::write(&copy, copied).unwrap();
     std::fs::write(&plan, &own[..own.len() / 2]).unwrap();
     fails("plan.json is damaged");
     std::fs::remove_file(&plan).unwrap();

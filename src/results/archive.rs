@@ -8,7 +8,6 @@ use grammar_lang::ir::{Descriptor, RuleSet};
 
 use super::FileError;
 use super::columns::{DESCRIPTOR, OBSERVED, distinct};
-use super::genuine::check_replaceable;
 use super::saved::SavedDesign;
 use super::whole::{check_no_link, read, write_own};
 use crate::search::Best;
@@ -62,7 +61,7 @@ pub(super) fn write(
     check_no_link(&folder)?;
     fs::create_dir_all(&folder).map_err(FileError::write(&folder))?;
     let file = folder.join(file(cell));
-    check_replaceable(&file, design)?;
+    design.check_replaces(&file)?;
     write_own(&file, &design.text())?;
     write_own(&run.join(TABLE), &table(rules, archive))
 }

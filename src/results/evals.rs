@@ -176,6 +176,11 @@ impl Evals {
     }
 
     fn write(&mut self, text: &str) -> Result<(), FileError> {
+        // Somebody may have cut it: what is written beyond its end would leave a hole.
+        let length = self.file.metadata().map_err(FileError::read(&self.path))?.len();
+        if length != self.length {
+            return Err(FileError::unfit(&self.path, Unfit::TakenAway));
+        }
         self.file.write_all(text.as_bytes()).map_err(FileError::write(&self.path))?;
         self.sum.update(text);
         self.length += text.len() as u64;

@@ -321,7 +321,7 @@ impl RunFolder {
     /// A sentence with the system's reason.
     pub fn best(&self, design: &SavedDesign) -> Result<(), FileError> {
         self.write_here(|| {
-            genuine::check_replaceable(&self.best_path(), design)?;
+            design.check_replaces(&self.best_path())?;
             write_own(&self.best_path(), &design.text())
         })?;
         if let Some(old) = self.replaced.borrow_mut().take() {

@@ -8,7 +8,6 @@ use grammar_lang::ir::{RuleSet, objective_name};
 
 use super::columns::{OBSERVED, distinct};
 use super::evals::{BESIDE, objectives, quoted};
-use super::genuine::check_replaceable;
 use super::saved::SavedDesign;
 use super::seal::is_as_written;
 use super::whole::{check_no_link, entries, read, write_own};
@@ -47,7 +46,7 @@ pub(super) fn write_design(run: &Path, best: &Best, design: &SavedDesign) -> Res
     check_no_link(&folder)?;
     fs::create_dir_all(&folder).map_err(FileError::write(&folder))?;
     let file = folder.join(file(best));
-    check_replaceable(&file, design)?;
+    design.check_replaces(&file)?;
     write_own(&file, &design.text())
 }
 

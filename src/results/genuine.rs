@@ -106,25 +106,6 @@ pub fn check_values(
     Ok(())
 }
 
-/// Refuses to write a design over a file that is none of the same run: somebody has put it there, or edited it.
-///
-/// # Errors
-///
-/// [`Unfit::NotOwn`] with the file.
-pub(super) fn check_replaceable(file: &Path, design: &SavedDesign) -> Result<(), FileError> {
-    if !file.exists() {
-        return Ok(());
-    }
-    let why = match SavedDesign::read_own(file) {
-        Ok(there) if (there.seed, &there.grammar.rules) == (design.seed, &design.grammar.rules) => {
-            return Ok(());
-        }
-        Ok(_) => "it is a design of another run".to_owned(),
-        Err(why) => why.to_string(),
-    };
-    Err(FileError::unfit(file, Unfit::NotOwn { why }))
-}
-
 /// Checks that a design is that of a run, as far as the two tell.
 ///
 /// # Errors

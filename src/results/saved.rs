@@ -401,6 +401,25 @@ impl SavedDesign {
         Self::of_bytes(path, &reading::own(path).map_err(FileError::read(path))?)
     }
 
+    /// Refuses to be written over a file that is no design of the same run: somebody has put it there, or edited it.
+    ///
+    /// # Errors
+    ///
+    /// [`Unfit::NotOwn`] with the file.
+    pub(super) fn check_replaces(&self, file: &Path) -> Result<(), FileError> {
+        if !file.exists() {
+            return Ok(());
+        }
+        let why = match Self::read_own(file) {
+            Ok(there) if (there.seed, &there.grammar.rules) == (self.seed, &self.grammar.rules) => {
+                return Ok(());
+            }
+            Ok(_) => "it is a design of another run".to_owned(),
+            Err(why) => why.to_string(),
+        };
+        Err(FileError::unfit(file, Unfit::NotOwn { why }))
+    }
+
     fn of_bytes(path: &Path, bytes: &[u8]) -> Result<Self, FileError> {
         let unfit = |why| Err(FileError::unfit(path, why));
         if path.extension().is_some_and(|extension| extension == "sgr") {

@@ -87,6 +87,12 @@ pub enum StudyError {
         /// The file that it is of.
         theirs: String,
     },
+    /// Somebody edited the copy of the file.
+    #[error("{} was changed since sgc wrote it, and would be replaced: it is only a copy. Change the file of the study instead, and move this one away", path.display())]
+    Edited {
+        /// The copy.
+        path: PathBuf,
+    },
     /// A folder with something else in it.
     #[error("{} contains \"{foreign}\", but no study; choose another folder with --out", path.display())]
     Foreign {

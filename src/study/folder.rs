@@ -72,6 +72,9 @@ struct Plan {
     factors: Vec<String>,
     cells: Vec<Cell>,
     seeds: Vec<u64>,
+    /// Hash of `study.toml`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    copy: Option<String>,
     /// Hash of all the other fields: whether somebody changed them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sum: Option<String>,
@@ -290,6 +293,7 @@ impl Study {
             factors,
             cells: cells.iter().map(|(cell, _)| cell.clone()).collect(),
             seeds,
+            copy: None,
             sum: None,
         };
         let study = Self { path: path.to_owned(), plan };
@@ -319,6 +323,7 @@ impl Study {
     ///
     /// A file cannot be written.
     pub fn write(&self, text: &str, cells: &[(Cell, Grammar)]) -> Result<(), StudyError> {
+        self.check_copy(text)?;
         let texts = self.path.join(TEXTS);
         fs::create_dir_all(&texts).map_err(FileError::write(&texts))?;
         // Two processes that begin a study at once write the same.
@@ -332,8 +337,8 @@ impl Study {
             }
         }
         let file = self.path.join(PLAN);
-        let sum = self.plan.checksum().map_err(FileError::write(&file))?;
-        let plan = Plan { sum: Some(sum), ..self.plan.clone() };
+        let mut plan = Plan { copy: Some(hex(&Sha256::digest(text))), ..self.plan.clone() };
+        plan.sum = Some(plan.checksum().map_err(FileError::write(&file))?);
         let json = serde_json::to_string_pretty(&plan).map_err(FileError::write(&file))? + "\n";
         for (file, text) in [(file, json.as_str()), (self.path.join(STUDY), text)] {
             if read(&file).ok().as_deref() != Some(text) {
@@ -341,6 +346,16 @@ impl Study {
             }
         }
         Ok(())
+    }
+
+    /// Refuses to replace a copy of the file that is not as it was written.
+    fn check_copy(&self, text: &str) -> Result<(), StudyError> {
+        let known = self.path.join(STUDY);
+        let Ok(there) = read(&known) else { return Ok(()) };
+        let before = read(&self.path.join(PLAN)).ok();
+        let before = before.and_then(|text| serde_json::from_str::<Plan>(&text).ok());
+        let is_as_written = before.is_some_and(|plan| plan.copy == Some(hex(&Sha256::digest(&there))));
+        if there == text || is_as_written { Ok(()) } else { Err(StudyError::Edited { path: known }) }
     }
 
     /// Where it is.

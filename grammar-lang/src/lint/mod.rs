@@ -166,15 +166,20 @@ const DOUBTFUL: &[Lint] = &[
     heights::check,
     same_patterns::check,
     constant_set::check,
-    never_given::check,
     same_port::check,
     still_drive::grows,
 ];
 
 /// What says nothing. A text that several grammars share may say in one of them
 /// what it does not say in another: only the text that declares the grammar is told.
-const POINTLESS: &[Lint] =
-    &[pointless::check, constant_if::check, excludes_nothing::check, always_zero::check, says_nothing::check];
+const POINTLESS: &[Lint] = &[
+    pointless::check,
+    constant_if::check,
+    excludes_nothing::check,
+    always_zero::check,
+    says_nothing::check,
+    never_given::check,
+];
 
 /// Whose a rule set is.
 #[derive(Clone, Copy)]

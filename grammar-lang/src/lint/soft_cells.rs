@@ -43,11 +43,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 /// Fillings of which fewer than two balls fit across an actuator: a single row of balls does not bend by strain.
 fn too_coarse(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
-    let fillings = ruleset.tasks.values().filter_map(|task| match task.model.method {
+    let mut fillings = ruleset.tasks.values().filter_map(|task| match task.model.method {
         Method::Balls(filling) => filling,
         _ => None,
     });
-    let Some(filling) = fillings.last() else { return };
+    let Some(filling) = fillings.next() else { return };
     for (name, actuator) in ruleset.actuators.iter().filter(|(_, a)| a.joint.kind == JointKind::Bend) {
         let Some(made) = usual(known, actuator) else { continue };
         let half = made.segment.half_extents();
