@@ -19,8 +19,9 @@ const WALKS: u64 = 8;
 const MOVES: usize = 25;
 /// How much all of them may take: the sum over all moves of the squared number of parts, since requirements look at pairs.
 const EFFORT: usize = 300_000;
-/// What a cell counts in this sum.
+/// What a cell counts in this sum, and what a rule does in each move: it is weighed, and may be tried.
 const CELL: usize = 20;
+const RULE: usize = 6;
 /// How often a rule must have been drawn before it counts as one that is never applied.
 const DRAWN: usize = 12;
 /// The same where nothing but a place is missing: it may wait for designs that walks reach only late.
@@ -75,7 +76,8 @@ pub fn walk(rules: &RuleSet) -> Walks {
         for _ in 0..MOVES {
             // Cells are many, and few requirements look at pairs of them.
             let size = derivation.design.parts.len();
-            let effort = if rules.lattice.is_some() { CELL * size } else { size * size };
+            let of_parts = if rules.lattice.is_some() { CELL * size } else { size * size };
+            let effort = of_parts + RULE * rules.rules.len();
             match left.checked_sub(effort) {
                 Some(rest) => left = rest,
                 None => break 'walks,
