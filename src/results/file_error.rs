@@ -234,7 +234,9 @@ pub enum Unfit {
         seed: u64,
     },
     /// Somebody removed, replaced or changed the table while its run went on.
-    #[error("was removed, replaced or changed while the run went on, and its rows are lost: begin anew")]
+    #[error(
+        "was removed, replaced or changed while the run went on: put it back as it was, and go on with sgc resume; without its rows, begin anew"
+    )]
     TakenAway,
     /// What the run was asked was changed after it had ended.
     #[error("was changed after the run had ended: restore it, or leave this run out")]
