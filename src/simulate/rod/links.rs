@@ -253,9 +253,15 @@ impl Link {
         self.deformed(parent, body, before).0[self.driven]
     }
 
-    /// What it does in a step that begins here, towards a target.
+    /// What it does in a step that begins here, towards a target; `is_spent` where its motor gives all it has.
     #[inline(always)]
-    pub(super) fn act(&self, parent: &Place, body: &Place, target: f64, before: f64, step: f64) -> Action {
+    pub(super) fn act(
+        &self,
+        (parent, body): (&Place, &Place),
+        (target, before): (f64, f64),
+        is_spent: bool,
+        step: f64,
+    ) -> Action {
         let (deformation, at, axes) = self.deformed(parent, body, before);
         let (mut stiffness, mut damping) = (self.stiffness, self.damping);
         let mut effort: [f64; 6] = std::array::from_fn(|axis| stiffness[axis] * deformation[axis]);
@@ -276,8 +282,9 @@ impl Link {
                 effort[own] = self.effort.copysign(foreseen);
                 stiffness[own] = 0.0;
             }
-        } else if self.is_driven() {
+        } else if self.is_driven() && is_spent {
             // Others turn so little mass that they would shoot beyond what they are asked for within a step: they are solved with the contacts.
+            // Only where they give all they have: sweeps hardly converge for several strong motors in a row.
             motor = Motor::new(effort[own], (stiffness[own], damping[own]), self.effort, step);
             (effort[own], stiffness[own], damping[own]) = (0.0, 0.0, 0.0);
         }
@@ -300,18 +307,26 @@ impl Link {
         sum
     }
 
+    /// The impulse of what drives it, N m s or N s, where that is a part of the matrix, in a step after which it moves at a rate.
+    fn push(&self, action: &Action, rate: f64, step: f64) -> f64 {
+        let own = self.driven;
+        -(action.effort[own] + (action.stiffness[own] * step + action.damping[own]) * rate) * step
+    }
+
+    /// Whether its motor would give more than it has in a step after which the bodies move so.
+    #[inline(always)]
+    pub(super) fn overdoes(&self, action: &Action, parent: &Place, body: &Place, step: f64) -> bool {
+        let is_implicit = !self.is_beam && self.is_driven() && action.motor.is_none();
+        is_implicit
+            && self.push(action, action.rates(parent, body)[self.driven], step).abs() > self.effort * step
+    }
+
     /// What its drive does in a step after which the bodies move so. Of a motor, by the impulse that it gave: computed from the speed, it
     /// would differ by all that the contacts have not converged, times a stiff motor's damping.
     #[inline(always)]
     pub(super) fn work(&self, action: &Action, given: f64, parent: &Place, body: &Place, step: f64) -> Work {
-        let own = self.driven;
-        let rate = action.rates(parent, body)[own];
-        let impulse = if action.motor.is_some() {
-            given
-        } else {
-            let effort = action.effort[own] + (action.stiffness[own] * step + action.damping[own]) * rate;
-            -effort * step
-        };
+        let rate = action.rates(parent, body)[self.driven];
+        let impulse = if action.motor.is_some() { given } else { self.push(action, rate, step) };
         let (first, last) = (impulse * action.began, impulse * rate);
         let pushed = first.max(0.0) + last.max(0.0);
         // Where the joint turns round within the step, it pushes for a part of it.

@@ -84,6 +84,8 @@ pub(super) struct Rods {
     work: Vec<f64>,
     /// What all drives may have added to the energy so far, J.
     added: f64,
+    /// Whether the motor of each link gave all it has in the last step.
+    spent: Vec<bool>,
     /// Impulses of each link in the last step, N m s or N s: of its drive, and of the two ends of its range.
     pushes: Vec<[f64; 3]>,
     /// Impulses of contacts in the last step by number, N s.
@@ -176,6 +178,7 @@ impl Rods {
             rest,
             work: vec![0.0; links.len()],
             added: 0.0,
+            spent: vec![false; links.len()],
             pushes: vec![[0.0; 3]; links.len()],
             links,
             pieces: lowered.pieces.clone(),
@@ -207,12 +210,13 @@ impl Rods {
         self.targets.fill(0.0);
         self.work.fill(0.0);
         self.added = 0.0;
+        self.spent.fill(false);
         self.pushes.fill([0.0; 3]);
         self.remembered.fill(Vector3::zeros());
         self.actions.clear();
         for link in &self.links {
             let (parent, body) = (&self.places[link.parent], &self.places[link.body]);
-            self.actions.push(link.act(parent, body, 0.0, 0.0, self.settings.step));
+            self.actions.push(link.act((parent, body), (0.0, 0.0), false, self.settings.step));
         }
         (self.lowest, self.whirled, self.failure) = (f64::MAX, 0, None);
     }
@@ -249,7 +253,8 @@ impl Rods {
             let link = &self.links[number];
             let (parent, body) = (&self.places[link.parent], &self.places[link.body]);
             let before = self.actions[number].deformation[link.driven()];
-            let action = link.act(parent, body, self.target(link), before, step);
+            let asked = (self.target(link), before);
+            let action = link.act((parent, body), asked, self.spent[number], step);
             let [on_body, on_parent, between] = action.matrices(parent, body, step);
             self.matrix.own[link.body] += on_body;
             self.matrix.own[link.parent] += on_parent;
@@ -314,15 +319,13 @@ impl Rods {
         spots
     }
 
+    /// How the bodies move at the end of a step: their places where it begins, with new velocities.
     #[inline(always)]
-    fn advance(&mut self) -> Result<(), Invalid> {
+    fn solve(&mut self) -> Result<Vec<Place>, Invalid> {
         let step = self.settings.step;
         let mut vectors = self.gather();
         if !self.factor.factorise(&mut self.matrix) {
             return Err(Invalid::NotFinite);
-        }
-        if self.gained() > self.allowed {
-            return Err(Invalid::EnergyFromNowhere);
         }
         self.factor.forward(&mut vectors);
         let mut drives = Vec::new();
@@ -362,15 +365,49 @@ impl Rods {
             self.remembered[contact.slot] = contact.impulse;
         }
         self.factor.backward(&mut vectors);
-        for (number, found) in vectors.iter().enumerate() {
-            let velocity = Vector3::new(found[0], found[1], found[2]);
-            let spin = Vector3::new(found[3], found[4], found[5]);
-            let angular = self.inertia(number) * spin;
-            self.momenta[number] = Momentum { linear: velocity * self.bodies[number].mass, angular };
-            let place = &mut self.places[number];
-            (place.velocity, place.spin) = (velocity, spin);
+        let moving = |(place, found): (&Place, [f64; 6])| Place {
+            velocity: Vector3::new(found[0], found[1], found[2]),
+            spin: Vector3::new(found[3], found[4], found[5]),
+            ..*place
+        };
+        Ok(self.places.iter().zip(vectors).map(moving).collect())
+    }
+
+    /// Notes which motors give all they have. Whether some would give more: then the step must be solved again.
+    #[inline(always)]
+    fn overdone(&mut self, moving: &[Place]) -> bool {
+        let step = self.settings.step;
+        let mut again = false;
+        for ((link, action), spent) in self.links.iter().zip(&self.actions).zip(&mut self.spent) {
+            let overdoes = link.overdoes(action, &moving[link.parent], &moving[link.body], step);
+            *spent |= overdoes;
+            again |= overdoes;
+        }
+        again
+    }
+
+    #[inline(always)]
+    fn advance(&mut self) -> Result<(), Invalid> {
+        let step = self.settings.step;
+        // Each time one more motor is spent.
+        let moving = loop {
+            let moving = self.solve()?;
+            if !self.overdone(&moving) {
+                break moving;
+            }
+        };
+        if self.gained() > self.allowed {
+            return Err(Invalid::EnergyFromNowhere);
+        }
+        for (number, place) in moving.into_iter().enumerate() {
+            let angular = self.inertia(number) * place.spin;
+            self.momenta[number] = Momentum { linear: place.velocity * self.bodies[number].mass, angular };
+            self.places[number] = place;
         }
         let given = self.pushes.iter().map(|[motor, ..]| *motor);
+        for ((action, given), spent) in self.actions.iter().zip(given.clone()).zip(&mut self.spent) {
+            *spent = action.motor.is_some_and(|motor| given.abs() >= motor.most);
+        }
         for (((link, action), given), work) in
             self.links.iter().zip(&self.actions).zip(given).zip(&mut self.work)
         {
