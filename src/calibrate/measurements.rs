@@ -476,10 +476,11 @@ fn fill(section: &mut Section, column: &Column, raw: &Raw, rows: usize, problems
             return;
         }
     };
+    let most = if dimension == Dimension::ANGLE { LARGEST_ANGLE / factor } else { LARGEST };
     let mut numbers = Vec::with_capacity(raw.cells.len());
     for cell in &raw.cells {
         match cell.text.trim().replace('\u{2212}', "-").parse::<f64>() {
-            Ok(number) if number.abs() <= LARGEST => numbers.push(number * factor),
+            Ok(number) if number.abs() <= most => numbers.push(number * factor),
             Ok(number) => {
                 let why = if number.is_finite() { "too large for a measurement" } else { "not finite" };
                 problems.push(Problem::unreadable(
@@ -502,6 +503,8 @@ fn fill(section: &mut Section, column: &Column, raw: &Raw, rows: usize, problems
 
 /// A reading beyond this is none, and statistics of it would overflow.
 const LARGEST: f64 = 1e30;
+/// So is an angle beyond this, rad: hundreds of turns.
+const LARGEST_ANGLE: f64 = 1e4;
 
 /// How much one of a column's unit is in SI units.
 fn factor(column: &Column, dimension: Dimension, unit: Option<&str>) -> Result<f64, String> {

@@ -134,8 +134,11 @@ fn problems(section: &Section, rules: &RuleSet) -> Vec<Problem> {
     for column in ["simulated", "measured", "length"] {
         for (row, value) in section.numbers(column).iter().enumerate() {
             if *value <= 0.0 {
-                problems
-                    .push(Problem::contradiction(section.place(row), format!("`{column}` must be above 0")));
+                let name = names.get(row).map_or("", String::as_str);
+                problems.push(Problem::contradiction(
+                    section.place(row),
+                    format!("`{column}` of `{name}` must be above 0"),
+                ));
             }
         }
     }

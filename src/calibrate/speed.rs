@@ -26,6 +26,11 @@ const FURTHEST: f64 = 100.0;
 /// Runs of which one is this many times as fast as another are told.
 const DIFFERENT: f64 = 1.15;
 
+/// A film that goes so many times as far as the actuator bends in the grammar is of another angle, or of another actuator.
+const BEYOND: f64 = 1.25;
+/// A film of which no run comes nearer to rest than this share of its greatest bend leaves the slow beginning out.
+const BENT: f64 = 0.2;
+
 /// A point at an end is alone if its run has so many steps, the step to it is this share of the whole way, and so many times as fast as
 /// any other.
 const LONE_STEPS: usize = 5;
@@ -190,6 +195,24 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: Option<(f64,
             section.name,
             most.to_degrees(),
             needs.to_degrees()
+        ));
+    }
+    if needs > 0.0 && most > BEYOND * needs {
+        out.push(format!(
+            "`{}`: the film goes up to a bend of {:.0} deg, but the actuator bends by at most {:.0} deg in the grammar: check the unit, \
+             and whether the grammar's `bend` is that of the whole actuator.",
+            section.name,
+            most.to_degrees(),
+            needs.to_degrees()
+        ));
+    }
+    let least = found.motions.iter().map(Motion::least).fold(f64::INFINITY, f64::min);
+    if least > BENT * most {
+        out.push(format!(
+            "`{}`: the film shows no bend below {:.0} deg; there, sgc uses the first speed of the table. Film the whole way from rest or to rest, \
+             or subtract the bend at rest from the angles.",
+            section.name,
+            least.to_degrees()
         ));
     }
     out

@@ -74,6 +74,11 @@ impl Motion {
     pub(super) fn most(&self) -> f64 {
         self.begin.abs().max(self.end.abs())
     }
+
+    /// How near a run comes to rest, rad.
+    pub(super) fn least(&self) -> f64 {
+        if self.begin * self.end > 0.0 { self.begin.abs().min(self.end.abs()) } else { 0.0 }
+    }
 }
 
 impl Fit {
