@@ -114,10 +114,15 @@ impl Session<'_> {
         }
         let nothing = match &outcome.best {
             // The gaits of one task may have taken all of the evaluations.
-            None if rules.tasks.len() > 1 && outcome.tally.invalid() == 0 => Some(format!(
+            None if rules.tasks.len() > 1
+                && outcome.end == End::Budget
+                && outcome.tally.invalid() + outcome.tally.unstable == 0 =>
+            {
+                Some(format!(
                 "the evaluations were spent before each of the {} tasks had a gait: begin anew with more (--max-evals), or with a search that tries fewer curves for each task",
                 rules.tasks.len()
-            )),
+            ))
+            }
             None if outcome.tally.invalid() == 0 => Some(
                 "no gait kept its value in a finer simulation: no feasible design was found. A robot that hardly moves \
                  has a value that is only rounding error"

@@ -144,7 +144,7 @@ impl Invalid {
             Self::TooFast => "too fast",
             Self::TurnsTooFast => "turning too fast for its steps",
             Self::TooFar => "too far in its time",
-            Self::NoCommand => "feedback without a value",
+            Self::NoCommand => "an actuation or a state without a value",
             Self::GivenUp => "given up",
             Self::Unfit => "not to be simulated there",
             Self::Sunk => "through the ground",

@@ -2,7 +2,7 @@
 
 use super::Expressions;
 use super::context::{Context, as_group, unknown};
-use super::fit::{article, is_zero, other_unit};
+use super::fit::{LEAST_NOT_COUNTED, article, is_zero, other_unit};
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::eval::Value;
@@ -47,7 +47,9 @@ impl Expressions<'_> {
             ast::ExprKind::Quantity(value, None) => {
                 // `1.0` is a number, `1` a count.
                 let written = self.environment.sources.slice(span);
-                let whole = value.fract() == 0.0 && value.abs() < 1e15 && !written.contains(['.', 'e', 'E']);
+                let whole = value.fract() == 0.0
+                    && value.abs() < LEAST_NOT_COUNTED
+                    && !written.contains(['.', 'e', 'E']);
                 make(ExprKind::Number(*value), if whole { Ty::Count } else { Ty::NUMBER })
             }
             ast::ExprKind::Quantity(value, Some(unit)) => self.quantity(*value, unit, span),

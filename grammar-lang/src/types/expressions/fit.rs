@@ -9,6 +9,9 @@ use crate::syntax::ast::Name;
 use crate::syntax::declarations::BlockKind;
 use crate::units::{self, Dimension, UnitError};
 
+/// Whole numbers from here on are no counts: their last digits may be lost.
+pub(super) const LEAST_NOT_COUNTED: f64 = 1e15;
+
 impl Expressions<'_> {
     /// Checks an expression that must have a type; says `what` it is for.
     pub(in crate::types) fn expect(
@@ -254,6 +257,19 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
         .help_if(help);
     };
     if *wanted == Ty::Count {
+        let mut large = None;
+        have.is_number().then(|| {
+            expr.any(&mut |part| {
+                let is_large = matches!(part.kind, ExprKind::Number(x) if x.abs() >= LEAST_NOT_COUNTED && x.fract() == 0.0);
+                large = large.or(is_large.then_some(part.span));
+                is_large
+            })
+        });
+        if let Some(place) = large {
+            return Diagnostic::new(Code::WRONG_TYPE, place, "this number is too large for a Count")
+                .label(format!("a Count is below {LEAST_NOT_COUNTED:e}"))
+                .help("write a smaller whole number, or use the type `Number`");
+        }
         return Diagnostic::new(Code::WRONG_TYPE, expr.span, format!("{what} must be a whole number"))
             .label(if have.is_number() {
                 "not a whole number".to_owned()
