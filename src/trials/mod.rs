@@ -6,6 +6,7 @@
 mod aims;
 mod cells;
 mod contact;
+mod ending;
 mod failures;
 mod following;
 mod loads;
@@ -154,6 +155,7 @@ impl<'r> Trials<'r> {
         }
         let mut found: Vec<Diagnostic> = reversals::check(self).into_iter().collect();
         found.extend(following::check(self));
+        found.extend(ending::check(self));
         found.extend(contact::check(self));
         found.extend(passive::check(self));
         found.extend(cells::check(self));

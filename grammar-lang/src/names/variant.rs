@@ -8,6 +8,7 @@ mod change;
 mod heads;
 mod observe;
 mod scenarios;
+mod unchanged;
 mod values;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -2,7 +2,7 @@
 
 use super::super::Loading;
 use super::change::Change;
-use super::{find, scenarios};
+use super::{find, scenarios, unchanged};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean};
 use crate::source::Span;
 use crate::syntax::ast::{
@@ -29,6 +29,10 @@ pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], ch
         return;
     }
     let is_search = matches!(item.kind, ItemKind::Block(BlockKind::Search, _));
+    let told = match &change {
+        Change::Set(new) => unchanged::check(item, path, new),
+        Change::Narrow(_) => None,
+    };
     let outcome = change_item(item, rest, &change);
     if let Err(mut offers) = outcome {
         // A part has one of the two, and may get the other in its place.
@@ -65,6 +69,11 @@ pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], ch
             .help(help),
         );
     }
+    // A grammar may say a value of the standard library that it relies on.
+    let module = loading.program.modules.get(declaration.module).map(|module| module.name.clone());
+    loading
+        .errors
+        .extend(told.filter(|_| module.is_none_or(|module| !loading.loader.library().contains(&module))));
 }
 
 /// Gives the rows of an actuator, or a part, another joint.
