@@ -178,12 +178,54 @@ fn what_is_learned_is_repeatable() {
         };
         let (one, two) = (run("one", "1"), run("two", "2"));
         let read = |folder: &std::path::Path, file: &str| std::fs::read_to_string(folder.join(file)).unwrap();
-        for file in ["evals.csv", "best.design.json"] {
+        for file in ["evals.csv", "learning.csv", "best.design.json"] {
             assert_eq!(read(&one, file), read(&two, file), "{method}: {file}");
         }
+        // Of 60 evaluations, an iteration takes three motions that explore and one of the policy, and checks of a best.
+        let curve = read(&one, "learning.csv");
+        let rows: Vec<Vec<&str>> = curve.lines().skip(1).map(|line| line.split(',').collect()).collect();
+        assert!(rows.len() > 5, "{curve}");
+        for (place, row) in rows.iter().enumerate() {
+            assert_eq!([row[1], row[3]], [(place + 1).to_string(), (3 * (place + 1)).to_string()], "{curve}");
+            assert!(row[4].parse::<f64>().is_ok_and(|reward| reward != 0.0), "{curve}");
+        }
+        let result: serde_json::Value = serde_json::from_str(&read(&one, "result.json")).unwrap();
+        let best: f64 = rows.last().unwrap()[7].parse().unwrap();
+        assert_eq!(Some(best), result["value"].as_f64());
+        let report = crate::command_line::sgc(&["report", &one.to_string_lossy()]);
+        assert_eq!(report.status.code(), Some(0));
+        assert!(read(&one, "report/index.html").contains("Learning</h2>"));
+        assert_eq!(read(&one, "report/learning.csv").lines().count(), rows.len() + 1);
         let again = crate::command_line::sgc(&["eval", &one.to_string_lossy()]);
         assert!(String::from_utf8_lossy(&again.stderr).contains("exactly the saved value"), "{method}");
     }
+}
+
+/// Motions explore in the worlds of the objective where the learner says so.
+#[test]
+fn a_learner_may_explore_in_worlds() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = learner_by("soft_actor_critic")
+        .replace(
+            "simulate hinge_model for 2 s",
+            "scenarios rough { case slick { friction = 30 % } }\nsimulate hinge_model for 2 s in rough",
+        )
+        .replace("maximize travel", "maximize min over w in rough of travel");
+    let rewards = |name: &str, text: &str| {
+        let (file, out) = (folder.path().join(format!("{name}.sgr")), folder.path().join(name));
+        std::fs::write(&file, text).unwrap();
+        let command =
+            ["run", &file.to_string_lossy(), "--max-evals", "20", "--quiet", "--out", &out.to_string_lossy()];
+        let output = crate::command_line::sgc(&command);
+        // Whether anything is found in so few evaluations or not.
+        assert_ne!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+        let curve = std::fs::read_to_string(out.join("learning.csv")).unwrap();
+        curve.lines().nth(1).unwrap().split(',').nth(4).unwrap().to_owned()
+    };
+    let nominal = rewards("nominal", &text);
+    let worlds = rewards("worlds", &text.replace("warm_up = 3", "warm_up = 3  worlds = true"));
+    assert_ne!(nominal, worlds);
+    assert_eq!(nominal, rewards("again", &text));
 }
 
 /// A reward reads what was so at the decision before: what it adds up to is how far the core came.

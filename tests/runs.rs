@@ -14,7 +14,7 @@ pub(crate) const COMPLETE: [&str; 6] =
 pub(crate) const SAME: [&str; 3] = ["best.design.json", "evals.csv", "result.json"];
 
 /// What there is beside that where a search keeps an archive of kinds, or a front.
-pub(crate) const KEPT: [&str; 4] = ["archive", "archive.csv", "front", "front.csv"];
+pub(crate) const KEPT: [&str; 5] = ["archive", "archive.csv", "front", "front.csv", "learning.csv"];
 
 pub(crate) fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sgc"));

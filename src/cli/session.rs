@@ -395,7 +395,7 @@ impl Observer for Keeper<'_> {
 
     fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), Unkept> {
         if last || self.kept.elapsed() >= self.every {
-            self.folder.checkpoint(state, self.max_evals)?;
+            self.folder.checkpoint(self.rules, state, self.max_evals)?;
             self.processes.note(state.spent())?;
             self.kept = Instant::now();
         }

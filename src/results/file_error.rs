@@ -183,6 +183,14 @@ pub enum Unfit {
         /// Where the older run is.
         older: PathBuf,
     },
+    /// A line of a table is none.
+    #[error("is damaged: line {line} is no row of {table}; restore it, or remove it")]
+    NoRow {
+        /// From 1 on.
+        line: usize,
+        /// What such a table is called.
+        table: &'static str,
+    },
     /// There is no run in it.
     #[error("is not a run folder: it has no {file}")]
     NoRun {

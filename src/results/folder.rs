@@ -26,7 +26,7 @@ use super::whole::{
     write_own, write_whole,
 };
 use super::{DesignError, FileError, Unfit};
-use super::{archive, front};
+use super::{archive, front, learning};
 use crate::search::{Best, Outcome, Row, State};
 
 /// A run folder that is being written. Another process cannot write it as long as this lives.
@@ -128,7 +128,7 @@ impl RunFolder {
             lock,
             replaced: RefCell::new(None),
         };
-        folder.checkpoint(state, asked.max_evals)?;
+        folder.checkpoint(rules, state, asked.max_evals)?;
         Ok(folder)
     }
 
@@ -157,6 +157,7 @@ impl RunFolder {
             front::TABLE,
             BEST,
             EVALS,
+            learning::LEARNING,
             CHECKPOINT,
             PROCESSES,
             processes::BEFORE,
@@ -253,9 +254,15 @@ impl RunFolder {
     /// # Errors
     ///
     /// A sentence with the system's reason; then the last checkpoint is as it was.
-    pub fn checkpoint(&self, state: &State, max_evals: Option<u64>) -> Result<(), FileError> {
+    pub fn checkpoint(
+        &self,
+        rules: &RuleSet,
+        state: &State,
+        max_evals: Option<u64>,
+    ) -> Result<(), FileError> {
         let path = self.path.join(CHECKPOINT);
         self.write_here(|| {
+            learning::write(&self.path, rules, &state.learned())?;
             let checkpoint = Checkpoint::new(&self.run, max_evals, self.evals.mark()?, state);
             let text =
                 checkpoint.and_then(|checkpoint| checkpoint.text()).map_err(FileError::write(&path))?;
@@ -374,7 +381,11 @@ impl RunFolder {
         };
         let path = self.path.join(RESULT);
         let text = finished.text().map_err(FileError::write(&path))?;
-        self.write_here(|| write_own(&path, &text))?;
+        let learned: Vec<_> = outcome.learned.iter().map(|(task, all)| (*task, all.as_slice())).collect();
+        self.write_here(|| {
+            learning::write(&self.path, rules, &learned)?;
+            write_own(&path, &text)
+        })?;
         clear(&self.path);
         Ok(())
     }

@@ -15,6 +15,7 @@ pub mod folder;
 pub mod front;
 pub mod gait;
 pub mod genuine;
+mod learning;
 pub mod leftovers;
 pub mod making;
 pub mod names;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::edited::{check_own_designs, check_untouched, edited};
+use super::learning::LEARNING;
 use super::processes::{self, PROCESSES};
 use super::run_files::{BEST, CHECKPOINT, EVALS, RESULT, RUN, SOURCES, asked, is_run};
 use super::seal::is_as_written;
@@ -127,7 +128,7 @@ pub fn foreign_in(path: &Path) -> Option<String> {
 
 /// Whether what has this name in a folder was written by a run, or of it.
 fn is_own(path: &Path, name: &str) -> bool {
-    let of_run = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, PROCESSES, processes::BEFORE];
+    let of_run = [RUN, SOURCES, EVALS, LEARNING, CHECKPOINT, BEST, RESULT, PROCESSES, processes::BEFORE];
     let kept = [archive::FOLDER, archive::TABLE, front::FOLDER, front::TABLE];
     // Pages and drawings are ours as long as nobody has edited them, whatever they are called.
     let is_page = [".html", ".svg"].iter().any(|ending| name.ends_with(ending));

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::evals::Mark;
+use super::learning::LEARNING;
 use super::processes::{self, PROCESSES};
 use super::saved::{Grammar, hex};
 use super::whole::read;
@@ -67,7 +68,18 @@ pub fn is_of_run(file: &Path) -> bool {
         file.file_name().and_then(|name| name.to_str()).is_some_and(|n| n.ends_with(".design.json"));
     is_in(
         file,
-        &[RUN, EVALS, CHECKPOINT, BEST, RESULT, PROCESSES, processes::BEFORE, archive::TABLE, front::TABLE],
+        &[
+            RUN,
+            EVALS,
+            LEARNING,
+            CHECKPOINT,
+            BEST,
+            RESULT,
+            PROCESSES,
+            processes::BEFORE,
+            archive::TABLE,
+            front::TABLE,
+        ],
     ) || is_within(&[SOURCES])
         || is_design && is_within(&[archive::FOLDER, front::FOLDER])
 }

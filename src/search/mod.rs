@@ -19,6 +19,7 @@ mod evaluated;
 mod evaluator;
 mod fidelity;
 mod gains;
+mod learned;
 mod schedule;
 mod state;
 mod tally;
@@ -33,6 +34,7 @@ pub(crate) use bodies::front::hypervolume;
 pub use bodies::{Observer, Outcome, Row, go_on, run, tune_body};
 pub use crew::{Jobs, Threads};
 pub use evaluator::{settings, solver, unfit};
+pub use learned::Learned;
 pub use state::{Best, State, Tune};
 pub use tally::Tally;
 

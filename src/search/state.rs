@@ -10,6 +10,7 @@ use grammar_lang::ir::RuleSet;
 use serde::{Deserialize, Serialize};
 
 use super::aim::Aim;
+use super::learned::Learned;
 use super::schedule::{Course, Iteration, Standing};
 use super::tally::Tally;
 use crate::derive::{BadStep, Derivation, Steps};
@@ -45,6 +46,9 @@ pub struct State<D = Arc<Derivation>> {
     pub(super) iteration: Option<Iteration>,
     /// The design that is being tried.
     pub(super) trial: Option<Trial<D>>,
+    /// What the learners of the body that was judged last came to, by task; empty where nothing learns.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) learned: Vec<(usize, Vec<Learned>)>,
     pub(super) best: Option<Best<D>>,
 }
 
@@ -297,6 +301,9 @@ pub(super) struct Learning {
     pub(super) replay: Replay,
     /// Motions made that explore.
     pub(super) motions: u64,
+    /// What each iteration came to.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) learned: Vec<Learned>,
 }
 
 /// The networks that learn.
@@ -376,6 +383,14 @@ impl Tuning {
         next
     }
 
+    /// What each iteration of its learner came to; none where nothing learns.
+    pub(super) fn learned(&self) -> Option<&[Learned]> {
+        match &self.loops {
+            Some(Curves::Learning(learning)) => Some(&learning.learned),
+            Some(Curves::Chains(_) | Curves::Distribution(_)) | None => None,
+        }
+    }
+
     /// The temperature of the first chain; zero where nothing anneals.
     pub(super) fn temperature(&self) -> f64 {
         match &self.loops {
@@ -388,6 +403,16 @@ impl Tuning {
 }
 
 impl State {
+    /// What the iterations of all learners came to so far, by the number of the task. Empty where nothing learns.
+    #[must_use]
+    pub fn learned(&self) -> Vec<(usize, &[Learned])> {
+        let Some(trial) = &self.trial else {
+            return self.learned.iter().map(|(task, all)| (*task, all.as_slice())).collect();
+        };
+        let tunings = trial.body.tunings.iter().chain([&trial.body.tuning]).enumerate();
+        tunings.filter_map(|(task, tuning)| Some((task, tuning.learned()?))).collect()
+    }
+
     /// Where a search starts that begins with a design.
     #[must_use]
     pub fn begin(first: Derivation) -> Self {
@@ -421,6 +446,7 @@ impl State {
                 parent: Vec::new(),
                 body: Body::default(),
             }),
+            learned: Vec::new(),
             best: None,
         }
     }
@@ -516,7 +542,7 @@ impl<D> State<D> {
     where
         D: Clone,
     {
-        let Self { spent, moves, bodies, idle_moves, tally, hardest, course, iteration, .. } = self;
+        let Self { spent, moves, bodies, idle_moves, tally, hardest, course, iteration, learned, .. } = self;
         let first = self.first.map(change)?;
         let designs = match self.designs {
             Some(designs) => Some(designs.map(change)?),
@@ -548,6 +574,7 @@ impl<D> State<D> {
             course,
             iteration,
             trial,
+            learned,
             best,
         })
     }

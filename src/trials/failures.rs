@@ -20,10 +20,10 @@ pub(super) fn check(trials: &Trials<'_>) -> Option<Diagnostic> {
     Some(
         odd(task.objective.value.span, format!("all of {} short motions fail", all.len()))
             .label(format!("the most frequent reason: {}", cause.describe()))
-            .help(if **cause == Invalid::NoCommand {
-                "a drive, a state or an input comes to a number that is not finite: look for a division by zero, and for states that grow without bound"
-            } else {
-                "compare the step, the speeds, torques and masses with those of a grammar that works; `sgc run` with `--max-evals 50` counts the reasons"
+            .help(match cause {
+                Invalid::NoCommand => "a drive, a state or an input comes to a number that is not finite: look for a division by zero, and for states that grow without bound",
+                Invalid::TooFast => "is the `speed_limit` of the model below what its actuators can reach? Compare speeds, torques and masses with those of a grammar that works",
+                _ => "compare the step, the speeds, torques and masses with those of a grammar that works; `sgc run` with `--max-evals 50` counts the reasons",
             }),
     )
 }

@@ -1,4 +1,4 @@
-//! Passive joints that always lie on their stops, and some that never give way.
+//! Passive joints that always lie on their stops, some that never give way, and some that take longer to spring back than the motion.
 
 use std::collections::BTreeMap;
 
@@ -18,12 +18,16 @@ const ON_STOP: f64 = 0.02;
 const STIFF: f64 = 5e-3;
 /// So many joints are looked at, at least.
 const ENOUGH: usize = 4;
+/// What is so much of the motion a joint needs to come back by 63 %: its damping for its stiffness.
+const SLOW: f64 = 0.5;
 
 #[derive(Default)]
 struct Seen {
     joints: usize,
     stopped: usize,
     stiff: usize,
+    /// The shortest time in which one comes back by 63 % by itself, without a load, s.
+    returns: f64,
 }
 
 pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
@@ -44,15 +48,28 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
                 places.iter().fold((f64::MAX, f64::MIN), |(a, b), place| (a.min(*place), b.max(*place)));
             let seen = kinds.entry((kind.to_owned(), span)).or_default();
             seen.joints += 1;
+            seen.returns = if seen.joints == 1 { returns(dof) } else { seen.returns.min(returns(dof)) };
             seen.stopped += usize::from(most < low + near || least > high - near);
             // From where its spring is slack: one that carries a load holds it near rest.
             let way = (most - slack).abs().max((least - slack).abs());
             seen.stiff += usize::from(way < STIFF * (high - low));
         }
     }
+    let task = trials.trials.first().map(|trial| trial.drive.task().name.as_str());
+    let whole = task.and_then(|task| trials.whole.tasks.get(task));
+    let duration = whole.map_or(f64::INFINITY, |task| task.model.duration);
     let told = |((kind, span), seen): (&(String, Span), &Seen)| {
         if seen.joints < ENOUGH {
             None
+        } else if seen.returns > SLOW * duration {
+            Some(
+                odd(*span, format!("the joint of `{kind}` hardly springs back in the whole motion"))
+                    .label(format!(
+                        "`damping / stiffness` is {:.0} s, and the motion takes {duration:.0} s",
+                        seen.returns
+                    ))
+                    .help("is the damping in the right unit? Real joints come back within a second"),
+            )
         } else if seen.stopped == seen.joints {
             Some(
                 odd(*span, format!("the joint of `{kind}` always lies on its stop"))
@@ -70,6 +87,11 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
         }
     };
     kinds.iter().filter_map(told).collect()
+}
+
+/// How long a joint takes to come back by 63 % where its inertia counts for nothing, s.
+fn returns(dof: &Dof) -> f64 {
+    if dof.stiffness > 0.0 { dof.damping / dof.stiffness } else { 0.0 }
 }
 
 fn is_passive(dof: &Dof) -> bool {

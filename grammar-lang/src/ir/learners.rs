@@ -21,6 +21,9 @@ pub struct Learner {
     pub warm_up: usize,
     /// How far a target network follows in each step.
     pub target_rate: f64,
+    /// Whether motions that explore run in the worlds of the objective by turns, not in the nominal one alone.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub worlds: bool,
 }
 
 /// Soft actor-critic (Haarnoja and others 2018), for actions within a range.
@@ -46,7 +49,7 @@ pub struct QLearning {
 impl Learner {
     /// Its fields as text.
     pub(super) fn given(&self) -> Vec<(&'static str, Option<String>)> {
-        let Self { learning_rate, discount, batch, updates, replay, warm_up, target_rate } = self;
+        let Self { learning_rate, discount, batch, updates, replay, warm_up, target_rate, worlds } = self;
         let fields = [
             ("learning_rate", learning_rate.to_string()),
             ("discount", discount.to_string()),
@@ -56,6 +59,7 @@ impl Learner {
             ("warm_up", warm_up.to_string()),
             ("target_rate", target_rate.to_string()),
         ];
-        fields.map(|(name, value)| (name, Some(value))).to_vec()
+        let given = fields.into_iter().map(|(name, value)| (name, Some(value)));
+        given.chain([("worlds", worlds.then(|| worlds.to_string()))]).collect()
     }
 }

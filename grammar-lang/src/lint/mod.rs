@@ -69,6 +69,7 @@ mod soft_cells;
 mod still_drive;
 mod stops_at_once;
 mod thick;
+mod too_strong;
 mod twice_in_set;
 mod unmade;
 mod unread;
@@ -162,6 +163,7 @@ const DOUBTFUL: &[Lint] = &[
     open_cycle::check,
     odd_turns::check,
     thick::check,
+    too_strong::check,
     soft_cells::check,
     heights::check,
     same_patterns::check,

@@ -291,6 +291,7 @@ fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
     let mut heads = Heads::default();
     let taking_part: BTreeSet<Declaration> = loading.program.taking_part.iter().copied().collect();
     let mut dropped: BTreeSet<Declaration> = BTreeSet::new();
+    let mut unchanged = Vec::new();
     for edit in &variant.edits {
         let (key, span) = target_of(edit);
         if let Some((first, kind)) = seen.insert(key.clone(), (span, &edit.kind)) {
@@ -314,9 +315,13 @@ fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
         }
         note(loading, module, variant, edit, span);
         match &edit.kind {
-            EditKind::Set(path, value) => values::change(loading, module, path, Change::Set(value)),
+            EditKind::Set(path, value) => {
+                unchanged.extend(values::change(loading, module, path, Change::Set(value)));
+            }
             EditKind::SetJoint(path, joint) => values::set_joint(loading, module, path, joint),
-            EditKind::Narrow(path, value) => values::change(loading, module, path, Change::Narrow(value)),
+            EditKind::Narrow(path, value) => {
+                unchanged.extend(values::change(loading, module, path, Change::Narrow(value)));
+            }
             EditKind::Drop(path) => dropped.extend(drop_path(loading, module, path)),
             EditKind::DropObserved(names) => observe::drop(loading, names),
             EditKind::Replace(item) if matches!(item.kind, ItemKind::Observe(_)) => {
@@ -327,6 +332,10 @@ fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
             EditKind::Add(item) => add(loading, module, item),
         }
     }
+    // A variant that does nothing else is no variant.
+    let is_nothing = unchanged.len() == variant.edits.len();
+    let told = unchanged.into_iter().filter(|one| is_nothing || !one.is_library).map(|one| one.told);
+    loading.errors.extend(told);
     // At once: each alone would walk over all that takes part.
     loading.program.taking_part.retain(|d| !dropped.contains(d));
 }

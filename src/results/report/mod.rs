@@ -19,7 +19,7 @@ use std::path::{Component, Path, PathBuf};
 pub use error::{BadMoves, ReportError};
 pub use read::Asker;
 
-use gather::{convergence, observed, rejections, rules, runs, sizes, spending, temperature};
+use gather::{convergence, learning, observed, rejections, rules, runs, sizes, spending, temperature};
 use read::Group;
 use written::Place;
 
@@ -33,9 +33,10 @@ pub use written::PAGE;
 type Table = (&'static str, fn(&[Group]) -> String);
 
 /// The tables.
-const TABLES: [Table; 10] = [
+const TABLES: [Table; 11] = [
     ("runs.csv", runs::csv),
     ("convergence.csv", convergence::csv),
+    ("learning.csv", learning::csv),
     ("fronts.csv", gather::front::csv),
     ("temperature.csv", temperature::csv),
     ("rules.csv", rules::csv),

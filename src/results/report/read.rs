@@ -14,6 +14,7 @@ use crate::results::DesignError;
 use crate::results::checkpoint;
 use crate::results::elsewhere::{Tested, tested};
 use crate::results::genuine;
+use crate::results::learning;
 use crate::results::place::{RUNS, is_series};
 use crate::results::processes::{self, Process};
 use crate::results::run_files::{self, Asked, BEST, EVALS, Finished, RUN};
@@ -46,6 +47,8 @@ pub(crate) struct Run {
     pub(crate) rules: Rules,
     pub(crate) standing: Standing,
     pub(crate) moves: Vec<Move>,
+    /// The iterations of its learner; empty where nothing learns.
+    pub(crate) learning: Vec<learning::Row>,
     /// The best design so far, or why it cannot be read; none if there is none.
     pub(crate) design: Option<Result<Found, Lost>>,
     /// None where nobody kept count.
@@ -323,7 +326,8 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, Report
         Ok(Found { design, rules })
     };
     let design = best.exists().then(found);
-    Ok(Run { path: path.to_owned(), asked, rules, standing, moves, design, processes: processes::read(path) })
+    let (learning, processes) = (learning::rows(path)?, processes::read(path));
+    Ok(Run { path: path.to_owned(), asked, rules, standing, moves, learning, design, processes })
 }
 
 /// Grammars that have been compiled already: runs share them.

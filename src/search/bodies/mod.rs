@@ -19,6 +19,7 @@ use super::crew::Crew;
 use super::curves::{Progress, Streams};
 use super::evaluator::Engine;
 use super::gains::Gains;
+use super::learned::Learned;
 use super::schedule::{Around, Course, Iteration, Plan, Stand};
 use super::state::{
     Best, Body, Designs, Incumbent, Members, Origin, State, Trial, Tune, Tuned, Tuning, Worth,
@@ -133,6 +134,8 @@ pub struct Outcome {
     pub archive: Vec<(Vec<usize>, Best)>,
     /// The designs that no other is better than in every objective; none where no front is searched for.
     pub front: Vec<Best>,
+    /// What the learners came to in each iteration, by the number of the task; empty where nothing learns.
+    pub learned: Vec<(usize, Vec<Learned>)>,
     /// Evaluations spent.
     pub evaluations: u64,
     /// Outer moves made.
@@ -284,11 +287,11 @@ pub fn go_on(
     })?;
     let archive = search.state.archive().to_vec();
     let front = search.state.front().cloned().collect();
-    let State { spent, moves, bodies, tally, best, trial, .. } = search.state;
+    let State { spent, moves, bodies, tally, best, trial, learned, .. } = search.state;
     // The one that was being tuned, if the search was stopped.
     let bodies = bodies + usize::from(trial.is_some_and(|trial| trial.further.is_none()));
     let best = search.unfinished.or(best);
-    Ok(Outcome { best, archive, front, evaluations: spent, moves, bodies, tally, end })
+    Ok(Outcome { best, archive, front, learned, evaluations: spent, moves, bodies, tally, end })
 }
 
 /// Tunes the curves of one body, as the search does for each body.
@@ -341,6 +344,7 @@ pub fn tune_body(
         best,
         archive: Vec::new(),
         front: Vec::new(),
+        learned: Vec::new(),
         evaluations: spent,
         moves: 0,
         bodies: 1,
@@ -650,6 +654,19 @@ impl Bodies<'_> {
             && !hardest.is_empty()
         {
             self.state.hardest.clone_from(hardest);
+        }
+        let learned: Vec<_> = tunings
+            .iter()
+            .enumerate()
+            .filter_map(|(task, tuning)| {
+                let mut learned = tuning.learned()?.to_vec();
+                // What is judged when the evaluations are spent belongs to the last iteration.
+                learned.last_mut()?.best = tuning.found.as_ref().map(|found| found.value);
+                Some((task, learned))
+            })
+            .collect();
+        if !learned.is_empty() {
+            self.state.learned = learned;
         }
         let tuned = Tuned { times: 1 + trial.further.as_ref().map_or(0, |further| further.times), tunings };
         let (found, tally) = std::mem::take(&mut trial.body).found(self.rules, &trial.derivation);

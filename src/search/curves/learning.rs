@@ -5,6 +5,7 @@ use grammar_lang::ir::{ActionSpace, ActorCritic, CurveMethod, Learner, QLearning
 
 use super::super::Failure;
 use super::super::evaluated::Evaluated;
+use super::super::learned::Learned;
 use super::super::schedule::{Course, Iteration, Plan, Stand};
 use super::super::state::{Agent, Learning, Tuning};
 use super::super::tally::Missing;
@@ -199,16 +200,21 @@ impl Tuner<'_> {
         let chance = self.chance(schedule, method, state)?;
         // Nothing is simulated that could not be counted.
         let motions = moves.min(MOST).min(self.bounds.left(*spent));
-        let Some(explored) = self.explore(state, motions, chance)? else { return self.stopped() };
+        let in_worlds = method.learner().worlds;
+        let Some(explored) = self.explore(state, motions, (chance, in_worlds))? else {
+            return self.stopped();
+        };
         // An iteration is made whole or not at all.
         let (mut now, mut counted, mut next) = (tuning.clone(), *spent, state.clone());
         let mut made = 0;
+        let mut rewards = Vec::new();
         for episode in explored {
             counted += 1;
             next.motions += 1;
             match episode {
                 Ok(episode) => {
                     made += episode.gained.len();
+                    rewards.push(episode.gained.iter().map(|reward| f64::from(*reward)).sum::<f64>());
                     next.replay.add(episode, method.learner().replay);
                 }
                 Err(Missing::Expression(error)) if state.motions == 0 => return Err(error.into()),
@@ -235,6 +241,7 @@ impl Tuner<'_> {
         let policy = next.agent.policy();
         let judged = self.evaluator.evaluate(self.bounds.stop, std::slice::from_ref(&policy));
         let Some(judged) = judged else { return self.stopped() };
+        let value = judged.first().and_then(|evaluated| evaluated.value.as_ref().ok().copied());
         for evaluated in judged {
             let Evaluated { each, .. } = &evaluated;
             let each = each.clone();
@@ -254,6 +261,14 @@ impl Tuner<'_> {
         if is_over && !self.judge_offered(&mut now, &mut counted, When::AtTheEnd)? {
             return self.stopped();
         }
+        next.learned.push(Learned {
+            evaluations: counted,
+            motions: next.motions,
+            reward: (!rewards.is_empty()).then(|| rewards.iter().sum::<f64>() / rewards.len() as f64),
+            exploration: chance,
+            value,
+            best: best(&now),
+        });
         (*tuning, *spent, *state) = (now, counted, next);
         Ok(if is_over { Progress::Done } else { Progress::More })
     }
@@ -276,7 +291,7 @@ impl Tuner<'_> {
         &mut self,
         state: &Learning,
         motions: usize,
-        chance: f64,
+        (chance, in_worlds): (f64, bool),
     ) -> Result<Option<Vec<Result<Episode, Missing>>>, Failure> {
         let Some(decision) = self.evaluator.drive.decision() else { return Ok(Some(Vec::new())) };
         let values = |space: &&ActionSpace| match space {
@@ -295,7 +310,8 @@ impl Tuner<'_> {
         let policy = state.agent.policy();
         let mut explorers: Vec<&mut dyn Explorer> = Vec::with_capacity(motions);
         explorers.extend(all.iter_mut().map(|one| one as &mut dyn Explorer));
-        let Some(came_to) = self.evaluator.explore(self.bounds.stop, &policy, state.motions, explorers)?
+        let Some(came_to) =
+            self.evaluator.explore(self.bounds.stop, &policy, (state.motions, in_worlds), explorers)?
         else {
             return Ok(None);
         };
@@ -335,6 +351,6 @@ impl Tuner<'_> {
 impl Learning {
     /// A learner that has made nothing yet.
     pub(super) fn begin(agent: Agent, course: Course) -> Self {
-        Self { course, agent, replay: Replay::default(), motions: 0 }
+        Self { course, agent, replay: Replay::default(), motions: 0, learned: Vec::new() }
     }
 }

@@ -252,25 +252,33 @@ impl<'r> Evaluator<'r> {
         &mut self,
         stop: Stop<'_>,
         parameters: &Parameters,
-        first: u64,
+        (first, in_worlds): (u64, bool),
         explorers: Vec<&mut dyn Explorer>,
     ) -> Result<Option<Vec<Result<(), Missing>>>, EvalError> {
         let threads = self.hire(explorers.len());
-        let Self { engine, drive, workers, .. } = self;
+        let Self { engine, drive, workers, worlds, .. } = self;
         let crew = engine.crew;
-        let explorations: Result<Vec<Exploration<'_, '_>>, EvalError> = explorers
+        let scenarios = worlds.as_ref().filter(|_| in_worlds).map_or(&[][..], Worlds::scenarios);
+        let actuators = drive.candidate().body.actuators.len();
+        let explorations: Result<Vec<(Exploration<'_, '_>, World)>, EvalError> = explorers
             .into_iter()
             .zip(first..)
             .map(|(explorer, number)| {
+                let turn = number.checked_rem(scenarios.len() as u64).unwrap_or(0);
+                let scenario = scenarios.get(turn as usize);
+                let (world, conditions) = scenario
+                    .map_or((World::NOMINAL, Conditions::NOMINAL), |scenario| {
+                        (scenario.world(), scenario.conditions(actuators))
+                    });
                 // Sensors are not noisy in the same way each time.
-                let conditions = Conditions { world: format!("motion {number}"), ..Conditions::NOMINAL };
-                Exploration::new(drive, parameters, &conditions, explorer)
+                let conditions = Conditions { world: format!("motion {number}"), ..conditions };
+                Ok((Exploration::new(drive, parameters, &conditions, explorer)?, world))
             })
             .collect();
         let explorations = explorations?;
         let share = explorations.len().div_ceil(threads).max(1);
-        let run = |(worker, part): (&mut Box<dyn Simulation>, &[Exploration<'_, '_>])| {
-            let cases: Vec<Case<'_>> = part.iter().map(|one| one.case(&World::NOMINAL)).collect();
+        let run = |(worker, part): (&mut Box<dyn Simulation>, &[(Exploration<'_, '_>, World)])| {
+            let cases: Vec<Case<'_>> = part.iter().map(|(one, world)| one.case(world)).collect();
             worker.run_cases(stop, &cases)
         };
         let parts: Option<Vec<_>> = if threads > 1 {
@@ -280,10 +288,10 @@ impl<'r> Evaluator<'r> {
         };
         let Some(parts) = parts else { return Ok(None) };
         let motions = parts.into_iter().flatten();
-        let came_to = |(exploration, motion): (Exploration<'_, '_>, Result<Motion, Invalid>)| match (
-            exploration.failed(),
-            motion,
-        ) {
+        let came_to = |((exploration, _), motion): (
+            (Exploration<'_, '_>, World),
+            Result<Motion, Invalid>,
+        )| match (exploration.failed(), motion) {
             (Some(error), _) => Err(Missing::Expression(error)),
             (None, Err(why)) => Err(Missing::Motion(why)),
             (None, Ok(_)) => Ok(()),

@@ -47,6 +47,11 @@ impl Worlds {
         let scenarios = scenarios::worlds(&within.name, set);
         Some(Self { scenarios, subjects })
     }
+
+    /// All of them, the nominal one first.
+    pub(super) fn scenarios(&self) -> &[Scenario] {
+        &self.scenarios
+    }
 }
 
 impl Evaluator<'_> {

@@ -4,6 +4,14 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::{Block, Expr, ExprKind, Field, Item, ItemKind, Name};
 use crate::units;
 
+/// An edit that leaves a value as it is.
+pub(super) struct Unchanged {
+    /// What there is to say of it.
+    pub(super) told: Diagnostic,
+    /// Whether the value is of the standard library: a grammar may say a value of it that it relies on.
+    pub(super) is_library: bool,
+}
+
 /// A finding if an edit sets what a path names to the value that it has in the base already.
 pub(super) fn check(item: &Item, path: &[Name], new: &Expr) -> Option<Diagnostic> {
     let (head, rest) = path.split_first()?;

@@ -2,7 +2,8 @@
 
 use super::super::Loading;
 use super::change::Change;
-use super::{find, scenarios, unchanged};
+use super::unchanged::{self, Unchanged};
+use super::{find, scenarios};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean};
 use crate::source::Span;
 use crate::syntax::ast::{
@@ -11,11 +12,16 @@ use crate::syntax::ast::{
 use crate::syntax::declarations::BlockKind;
 use crate::syntax::earlier;
 
-/// Sets or narrows what a path names.
-pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], change: Change<'_>) {
-    let Some((head, rest)) = path.split_first() else { return };
-    let Some(declaration) = find(loading, module, head) else { return };
-    let Some(item) = loading.program.item_mut(declaration) else { return };
+/// Sets or narrows what a path names. If that leaves the value as it is, what there is to say of it.
+pub(super) fn change(
+    loading: &mut Loading<'_>,
+    module: usize,
+    path: &[Name],
+    change: Change<'_>,
+) -> Option<Unchanged> {
+    let (head, rest) = path.split_first()?;
+    let declaration = find(loading, module, head)?;
+    let item = loading.program.item_mut(declaration)?;
     if let (ItemKind::Require { .. }, [], ExprKind::Range(..) | ExprKind::Quantity(..)) =
         (&item.kind, rest, &change.expr().kind)
     {
@@ -26,7 +32,7 @@ pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], ch
                 .also(item.span, "declared here")
                 .help(format!("write `replace require {name} : ...`, or make its limit a `param`")),
         );
-        return;
+        return None;
     }
     let is_search = matches!(item.kind, ItemKind::Block(BlockKind::Search, _));
     let told = match &change {
@@ -43,7 +49,7 @@ pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], ch
         }
         if let Some(told) = earlier_path(rest).filter(|_| is_search) {
             loading.errors.push(told);
-            return;
+            return None;
         }
         let last = path.last().unwrap_or(head);
         let whole: Vec<&str> = path.iter().map(|n| n.text.as_str()).collect();
@@ -69,11 +75,11 @@ pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], ch
             .help(help),
         );
     }
-    // A grammar may say a value of the standard library that it relies on.
     let module = loading.program.modules.get(declaration.module).map(|module| module.name.clone());
-    loading
-        .errors
-        .extend(told.filter(|_| module.is_none_or(|module| !loading.loader.library().contains(&module))));
+    told.map(|told| Unchanged {
+        is_library: module.is_some_and(|module| loading.loader.library().contains(&module)),
+        told,
+    })
 }
 
 /// Gives the rows of an actuator, or a part, another joint.
@@ -326,6 +332,7 @@ const MAY_BE_LEFT_OUT: &[&str] = &[
     "replay",
     "warm_up",
     "target_rate",
+    "worlds",
 ];
 
 fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result<(), Vec<String>> {

@@ -6,6 +6,7 @@ use super::Declarations;
 use super::fields::Values;
 use super::tasks::Tasks;
 use crate::diagnostics::{Code, Diagnostic};
+use crate::eval::Value;
 use crate::ir::{self, ActionSpace, CurveMethod, Ty};
 use crate::source::Span;
 use crate::types::expressions::context::Context;
@@ -15,7 +16,7 @@ use crate::units::{Dimension, shown};
 /// Fields that every learner has.
 macro_rules! learner_fields {
     ($($own:literal),*) => {
-        &[$($own,)* "learning_rate", "discount", "batch", "updates", "replay", "warm_up", "target_rate"]
+        &[$($own,)* "learning_rate", "discount", "batch", "updates", "replay", "warm_up", "target_rate", "worlds"]
     };
 }
 
@@ -73,6 +74,7 @@ impl Declarations<'_> {
         let replay = self.setting(from, &REPLAY, damaged);
         let warm_up = self.setting(from, &WARM_UP, damaged);
         let target_rate = self.setting(from, &TARGET_RATE, damaged);
+        let worlds = self.in_worlds(from, damaged);
         Some(ir::Learner {
             learning_rate: learning_rate?,
             discount: discount?,
@@ -81,7 +83,17 @@ impl Declarations<'_> {
             replay: replay? as usize,
             warm_up: warm_up? as usize,
             target_rate: target_rate?,
+            worlds: worlds?,
         })
+    }
+
+    /// Whether motions that explore run in worlds.
+    fn in_worlds(&mut self, from: &Values<'_>, damaged: bool) -> Option<bool> {
+        if !from.values.contains_key("worlds") {
+            return Some(false);
+        }
+        let cx = Context::new(Stage::Declaration, damaged);
+        self.value(from, "worlds", &Ty::Bool, "true", &cx).map(|(value, _)| value == Value::Bool(true))
     }
 
     fn setting(&mut self, from: &Values<'_>, setting: &Setting, damaged: bool) -> Option<f64> {
@@ -104,21 +116,30 @@ impl Declarations<'_> {
         policies: &IndexMap<String, ir::Policy>,
     ) {
         let Some(curves) = search.and_then(|search| search.curves.as_ref()) else { return };
-        let learner = Of {
-            name: curves.method().name(),
-            within_range: match &curves.method {
-                CurveMethod::ActorCritic(_) => true,
-                CurveMethod::QLearning(_) => false,
-                CurveMethod::Annealing(_) | CurveMethod::CmaEs(_) => return,
-            },
+        let (within_range, told) = match &curves.method {
+            CurveMethod::ActorCritic(own) => (true, &own.learner),
+            CurveMethod::QLearning(own) => (false, &own.learner),
+            CurveMethod::Annealing(_) | CurveMethod::CmaEs(_) => return,
         };
+        let learner = Of { name: curves.method().name(), within_range };
         let wrong = tasks.values().find_map(|(task, actuated)| {
             let driven = actuated
                 .iter()
                 .filter_map(|(_, (with, place))| Some((with.as_str(), actuations.get(with)?, *place)));
             let driven: Vec<Driven<'_>> = driven.collect();
-            learner
-                .cannot_tune(&driven)
+            (told.worlds && !task.runs_over_worlds())
+                .then(|| {
+                    misfit(
+                        task.objective.value.span,
+                        format!(
+                            "`worlds = true` of `{}`, but this objective runs over no worlds",
+                            learner.name
+                        ),
+                        "of the nominal world alone",
+                        "write for example `min over w in workshop of travel`, or leave `worlds` out",
+                    )
+                })
+                .or_else(|| learner.cannot_tune(&driven))
                 .or_else(|| learner.cannot_learn(&driven, policies, task.model.duration))
         });
         if let Some(wrong) = wrong {

@@ -3,6 +3,7 @@
 pub(crate) mod bodies;
 pub(crate) mod convergence;
 pub(crate) mod front;
+pub(crate) mod learning;
 pub(crate) mod observed;
 pub(crate) mod rejections;
 pub(crate) mod rules;
@@ -61,6 +62,7 @@ pub(crate) mod tests {
                 sources: Vec::new(),
             },
             rules: Err(DesignError::NoText.into()),
+            learning: Vec::new(),
             standing: Standing::Complete(Box::new(Finished {
                 grammar: "tiny".to_owned(),
                 seed,

@@ -4,6 +4,7 @@ pub(crate) mod chart;
 mod convergence;
 mod designs;
 mod front;
+mod learning;
 mod observed;
 mod rejections;
 mod rules;
@@ -41,9 +42,10 @@ struct Section {
 }
 
 /// The sections, in order.
-const SECTIONS: [Section; 11] = [
+const SECTIONS: [Section; 12] = [
     Section { id: "runs", heading: "Runs", body: runs::section },
     Section { id: "convergence", heading: "Convergence", body: convergence::section },
+    Section { id: "learning", heading: "Learning", body: learning::section },
     Section { id: "designs", heading: "Best designs", body: designs::section },
     Section { id: "front", heading: "The front", body: front::section },
     Section { id: "rules", heading: "Rules", body: rules::section },
