@@ -4,12 +4,10 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::block::{Rows, transposed_product, zeros};
 use super::factor::TreeFactor;
-use super::links::{Motor, Place};
+use super::links::{End, MEND, Motor, Place};
 
 /// So deep an overlap is left, m, so that contacts last.
 const SLOP: f64 = 2e-5;
-/// What overlaps is taken apart by this share of it in a step.
-const MEND: f64 = 0.2;
 /// No faster than this, m/s.
 const MEND_SPEED: f64 = 0.2;
 
@@ -150,28 +148,16 @@ impl Contact {
 pub(super) enum Law {
     /// A drive with a limit.
     Motor(Motor),
-    /// An end of its range: it goes no faster towards it than the room that is left, and is only pushed away from it. The sign says which end:
-    /// away from the low one is up.
-    End {
-        /// 1 at the low end, -1 at the high one.
-        away: f64,
-        /// The least speed away, rad/s or m/s.
-        least: f64,
-    },
+    /// An end of its range.
+    End(End),
 }
 
 impl Law {
-    /// An end of a range with so much room, rad or m; negative beyond it.
-    pub(super) fn end(away: f64, room: f64, step: f64) -> Self {
-        let least = if room > 0.0 { -room / step } else { -room * MEND / step };
-        Self::End { away, least }
-    }
-
     /// What an impulse can be.
     fn clamp(self, impulse: f64) -> f64 {
         match self {
             Self::Motor(motor) => impulse.clamp(-motor.most, motor.most),
-            Self::End { away, .. } => (impulse * away).max(0.0) * away,
+            Self::End(End { away, .. }) => (impulse * away).max(0.0) * away,
         }
     }
 }
@@ -223,7 +209,7 @@ impl Drive {
             Law::Motor(Motor { offset, slope, .. }) => {
                 (offset + speed + self.impulse / slope) / (self.own + 1.0 / slope)
             }
-            Law::End { away, least } => (speed - least * away) / self.own,
+            Law::End(End { away, least }) => (speed - least * away) / self.own,
         };
         let now = self.law.clamp(self.impulse - change);
         let by = now - self.impulse;

@@ -27,6 +27,51 @@ const HOLD: f64 = 1e7;
 /// Squared lever, m^2, that makes a stiffness against turning of one against shifting.
 const LEVER: f64 = 1e-3;
 
+/// What overlaps, or lies beyond the end of a range, is mended by this share of it in a step.
+pub(super) const MEND: f64 = 0.2;
+
+/// An end that is passed by less than this share of the speed towards it is not passed.
+const BEYOND: f64 = 1e-9;
+
+/// How an end of a link's range takes part in a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum Stop {
+    /// Not at all: the link must not reach it.
+    #[default]
+    Free,
+    /// The link is at it: a part of the step's matrix.
+    Held,
+    /// It is solved with the contacts: it pushes and does not pull, and which of the two follows from what else happens.
+    Swept,
+}
+
+/// An end of a link's range, as a condition on the speed at the end of a step: it goes no faster towards it than the room that is left, and
+/// is only pushed away from it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct End {
+    /// 1 at the low end, -1 at the high one: which way is away from it.
+    pub(super) away: f64,
+    /// The least speed away, rad/s or m/s.
+    pub(super) least: f64,
+}
+
+impl End {
+    /// An end with so much room, rad or m; negative beyond it.
+    fn new(away: f64, room: f64, step: f64) -> Self {
+        let least = if room > 0.0 { -room / step } else { -room * MEND / step };
+        Self { away, least }
+    }
+}
+
+/// What is known of a step before it is solved.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Known {
+    /// Whether the motor gives all it has.
+    pub(super) is_spent: bool,
+    /// The low end of the range, and the high one.
+    pub(super) stops: [Stop; 2],
+}
+
 /// What moves a link along what is driven or free of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Drive {
@@ -65,6 +110,8 @@ pub(super) struct Link {
     /// The greatest torque or force of the drive.
     effort: f64,
     limits: (f64, f64),
+    /// How an end of its range is held, N m s/rad for each s of a step, or N s/m.
+    hold: f64,
     /// Whether it is a piece of a beam: then it turns by little, about any axis.
     is_beam: bool,
     /// Which target it follows, and how many times that.
@@ -87,8 +134,12 @@ pub(super) struct Action {
     effort: [f64; 6],
     stiffness: [f64; 6],
     damping: [f64; 6],
-    /// What drives it, where that is solved with the contacts.
+    /// What drives a joint; none of a piece of a beam.
     pub(super) motor: Option<Motor>,
+    /// Whether that is solved with the contacts.
+    pub(super) is_swept: bool,
+    /// The ends of its range, low and high.
+    pub(super) ends: [Option<End>; 2],
 }
 
 /// A drive with a limit, as a condition on the speed at the end of a step: impulse = -(offset + speed) x slope, within the limit.
@@ -107,6 +158,11 @@ impl Motor {
     fn new(effort: f64, (stiffness, damping): (f64, f64), most: f64, step: f64) -> Option<Self> {
         let slope = stiffness * step + damping;
         (slope > 0.0).then(|| Self { offset: effort / slope, slope: slope * step, most: most * step })
+    }
+
+    /// What it gives at a speed at the end of the step, if it has so much, N m s or N s.
+    pub(super) fn impulse(self, speed: f64) -> f64 {
+        -(self.offset + speed) * self.slope
     }
 }
 
@@ -145,6 +201,7 @@ impl Link {
             drive: Drive::Position,
             effort: dof.effort,
             limits: (f64::NEG_INFINITY, f64::INFINITY),
+            hold: 0.0,
             is_beam: true,
             servo: 0,
             share: hinges as f64 / links as f64,
@@ -174,6 +231,7 @@ impl Link {
             Travel::Turn => 0,
             Travel::Slide => 3,
         };
+        let hold = stiffness[driven];
         stiffness[driven] = if dof.is_spun() { 0.0 } else { dof.stiffness };
         damping[driven] = dof.damping;
         let axis = dof.axis.into_inner();
@@ -194,6 +252,7 @@ impl Link {
             drive,
             effort: dof.effort,
             limits: dof.limits,
+            hold,
             is_beam: false,
             servo: 0,
             share: 1.0,
@@ -205,10 +264,10 @@ impl Link {
         self.driven
     }
 
-    /// How far the ends of its range are from where it stands, low then high, rad or m; none where it has no end.
-    pub(super) fn ends(&self, action: &Action) -> [Option<f64>; 2] {
-        let at = action.deformation[self.driven];
-        [at - self.limits.0, self.limits.1 - at].map(|room| room.is_finite().then_some(room))
+    /// The ends of its range, low then high, from where it stands, rad or m; none where it has no end.
+    fn ends(&self, at: f64, step: f64) -> [Option<End>; 2] {
+        let rooms = [(1.0, at - self.limits.0), (-1.0, self.limits.1 - at)];
+        rooms.map(|(away, room)| room.is_finite().then(|| End::new(away, room, step)))
     }
 
     /// Whether an actuator moves it.
@@ -253,28 +312,37 @@ impl Link {
         self.deformed(parent, body, before).0[self.driven]
     }
 
-    /// What it does in a step that begins here, towards a target; `is_spent` where its motor gives all it has.
+    /// What it does in a step that begins here, towards a target.
     #[inline(always)]
     pub(super) fn act(
         &self,
         (parent, body): (&Place, &Place),
         (target, before): (f64, f64),
-        is_spent: bool,
+        known: Known,
         step: f64,
     ) -> Action {
         let (deformation, at, axes) = self.deformed(parent, body, before);
         let (mut stiffness, mut damping) = (self.stiffness, self.damping);
         let mut effort: [f64; 6] = std::array::from_fn(|axis| stiffness[axis] * deformation[axis]);
         let own = self.driven;
-        let mut action =
-            Action { at, axes, began: 0.0, deformation, effort, stiffness, damping, motor: None };
+        let mut action = Action {
+            at,
+            axes,
+            began: 0.0,
+            deformation,
+            effort,
+            stiffness,
+            damping,
+            motor: None,
+            is_swept: false,
+            ends: [None; 2],
+        };
         let rate = action.rates(parent, body)[own];
         action.began = rate;
         effort[own] = match self.drive {
             Drive::Position | Drive::Own => stiffness[own] * (deformation[own] - target),
             Drive::Speed => -damping[own] * target,
         };
-        let mut motor = None;
         if self.is_beam {
             // At its limit, what drives does not depend on how the body moves. The damping of a beam is that of its material, which has none.
             let foreseen = effort[own] + stiffness[own] * step * rate;
@@ -282,13 +350,26 @@ impl Link {
                 effort[own] = self.effort.copysign(foreseen);
                 stiffness[own] = 0.0;
             }
-        } else if self.is_driven() && is_spent {
-            // Others turn so little mass that they would shoot beyond what they are asked for within a step: they are solved with the contacts.
-            // Only where they give all they have: sweeps hardly converge for several strong motors in a row.
-            motor = Motor::new(effort[own], (stiffness[own], damping[own]), self.effort, step);
-            (effort[own], stiffness[own], damping[own]) = (0.0, 0.0, 0.0);
+        } else {
+            if self.is_driven() {
+                action.motor = Motor::new(effort[own], (stiffness[own], damping[own]), self.effort, step);
+                // At its limit, a motor turns so little mass that it would shoot beyond what it is asked for within a step: it is solved with
+                // the contacts. Only then: sweeps hardly converge for several strong motors in a row.
+                if known.is_spent {
+                    action.is_swept = action.motor.is_some();
+                    (effort[own], stiffness[own], damping[own]) = (0.0, 0.0, 0.0);
+                }
+            }
+            action.ends = self.ends(deformation[own], step);
+            for (end, stop) in action.ends.iter().zip(known.stops) {
+                if let (Some(end), Stop::Held) = (end, stop) {
+                    let hold = self.hold * step;
+                    effort[own] -= hold * end.least * end.away;
+                    damping[own] += hold;
+                }
+            }
         }
-        (action.effort, action.stiffness, action.damping, action.motor) = (effort, stiffness, damping, motor);
+        (action.effort, action.stiffness, action.damping) = (effort, stiffness, damping);
         action
     }
 
@@ -307,26 +388,51 @@ impl Link {
         sum
     }
 
-    /// The impulse of what drives it, N m s or N s, where that is a part of the matrix, in a step after which it moves at a rate.
-    fn push(&self, action: &Action, rate: f64, step: f64) -> f64 {
-        let own = self.driven;
-        -(action.effort[own] + (action.stiffness[own] * step + action.damping[own]) * rate) * step
+    /// How fast what is driven or free of it moves in a step after which the bodies move so, rad/s or m/s.
+    #[inline(always)]
+    pub(super) fn rate(&self, action: &Action, parent: &Place, body: &Place) -> f64 {
+        action.rates(parent, body)[self.driven]
     }
 
-    /// Whether its motor would give more than it has in a step after which the bodies move so.
+    /// Revises what was known of a step that was solved, by the rate that was found. Whether it must be solved again.
     #[inline(always)]
-    pub(super) fn overdoes(&self, action: &Action, parent: &Place, body: &Place, step: f64) -> bool {
-        let is_implicit = !self.is_beam && self.is_driven() && action.motor.is_none();
-        is_implicit
-            && self.push(action, action.rates(parent, body)[self.driven], step).abs() > self.effort * step
+    pub(super) fn revise(&self, action: &Action, rate: f64, known: &mut Known, step: f64) -> bool {
+        let mut again = false;
+        if let Some(motor) = action.motor.filter(|_| !action.is_swept) {
+            let overdoes = motor.impulse(rate).abs() > motor.most;
+            known.is_spent |= overdoes;
+            again |= overdoes;
+        }
+        for (end, stop) in action.ends.iter().zip(&mut known.stops) {
+            let Some(end) = end else { continue };
+            let missing = end.least - end.away * rate;
+            let next = match stop {
+                Stop::Free if missing > BEYOND * end.least.abs().max(step) => Stop::Held,
+                // It does not pull.
+                Stop::Held if missing < 0.0 => Stop::Swept,
+                Stop::Free | Stop::Held | Stop::Swept => continue,
+            };
+            *stop = next;
+            again = true;
+        }
+        again
     }
 
     /// What its drive does in a step after which the bodies move so. Of a motor, by the impulse that it gave: computed from the speed, it
     /// would differ by all that the contacts have not converged, times a stiff motor's damping.
     #[inline(always)]
     pub(super) fn work(&self, action: &Action, given: f64, parent: &Place, body: &Place, step: f64) -> Work {
-        let rate = action.rates(parent, body)[self.driven];
-        let impulse = if action.motor.is_some() { given } else { self.push(action, rate, step) };
+        let own = self.driven;
+        let rate = self.rate(action, parent, body);
+        let impulse = match action.motor {
+            Some(_) if action.is_swept => given,
+            Some(motor) => motor.impulse(rate),
+            None if self.is_beam => {
+                let effort = action.effort[own] + (action.stiffness[own] * step + action.damping[own]) * rate;
+                -effort * step
+            }
+            None => 0.0,
+        };
         let (first, last) = (impulse * action.began, impulse * rate);
         let pushed = first.max(0.0) + last.max(0.0);
         // Where the joint turns round within the step, it pushes for a part of it.

@@ -9,7 +9,7 @@ use super::contacts::{self, Contact, Drive, Law, Spot, WAYS};
 use super::discs::{Beam, Discs, Link as From, Part};
 use super::factor::{TreeFactor, TreeMatrix};
 use super::ground::{Near, Sole};
-use super::links::{Action, Link, Place, Work};
+use super::links::{Action, Known, Link, Place, Stop, Work};
 use super::touches::Touches;
 use super::turns;
 use crate::simulate::lowering::{self, Lowered, Piece};
@@ -84,8 +84,8 @@ pub(super) struct Rods {
     work: Vec<f64>,
     /// What all drives may have added to the energy so far, J.
     added: f64,
-    /// Whether the motor of each link gave all it has in the last step.
-    spent: Vec<bool>,
+    /// Of each link, whether its motor gave all it has in the last step, and which ends of its range it was at.
+    known: Vec<Known>,
     /// Impulses of each link in the last step, N m s or N s: of its drive, and of the two ends of its range.
     pushes: Vec<[f64; 3]>,
     /// Impulses of contacts in the last step by number, N s.
@@ -178,7 +178,7 @@ impl Rods {
             rest,
             work: vec![0.0; links.len()],
             added: 0.0,
-            spent: vec![false; links.len()],
+            known: vec![Known::default(); links.len()],
             pushes: vec![[0.0; 3]; links.len()],
             links,
             pieces: lowered.pieces.clone(),
@@ -210,13 +210,13 @@ impl Rods {
         self.targets.fill(0.0);
         self.work.fill(0.0);
         self.added = 0.0;
-        self.spent.fill(false);
+        self.known.fill(Known::default());
         self.pushes.fill([0.0; 3]);
         self.remembered.fill(Vector3::zeros());
         self.actions.clear();
         for link in &self.links {
             let (parent, body) = (&self.places[link.parent], &self.places[link.body]);
-            self.actions.push(link.act((parent, body), (0.0, 0.0), false, self.settings.step));
+            self.actions.push(link.act((parent, body), (0.0, 0.0), Known::default(), self.settings.step));
         }
         (self.lowest, self.whirled, self.failure) = (f64::MAX, 0, None);
     }
@@ -254,7 +254,7 @@ impl Rods {
             let (parent, body) = (&self.places[link.parent], &self.places[link.body]);
             let before = self.actions[number].deformation[link.driven()];
             let asked = (self.target(link), before);
-            let action = link.act((parent, body), asked, self.spent[number], step);
+            let action = link.act((parent, body), asked, self.known[number], step);
             let [on_body, on_parent, between] = action.matrices(parent, body, step);
             self.matrix.own[link.body] += on_body;
             self.matrix.own[link.parent] += on_parent;
@@ -331,12 +331,10 @@ impl Rods {
         let mut drives = Vec::new();
         let mut places = Vec::new();
         for (number, (link, action)) in self.links.iter().zip(&self.actions).enumerate() {
-            let [low, high] = link.ends(action);
-            let laws = [
-                action.motor.map(Law::Motor),
-                low.map(|room| Law::end(1.0, room, step)),
-                high.map(|room| Law::end(-1.0, room, step)),
-            ];
+            let swept = |which: usize| {
+                action.ends[which].filter(|_| self.known[number].stops[which] == Stop::Swept).map(Law::End)
+            };
+            let laws = [action.motor.filter(|_| action.is_swept).map(Law::Motor), swept(0), swept(1)];
             for (which, law) in laws.into_iter().enumerate() {
                 let Some(law) = law else { continue };
                 let along = link.along(action, &self.places[link.parent], &self.places[link.body]);
@@ -373,15 +371,14 @@ impl Rods {
         Ok(self.places.iter().zip(vectors).map(moving).collect())
     }
 
-    /// Notes which motors give all they have. Whether some would give more: then the step must be solved again.
+    /// Revises which motors give all they have, and which ends of ranges push. Whether the step must be solved again.
     #[inline(always)]
-    fn overdone(&mut self, moving: &[Place]) -> bool {
+    fn revise(&mut self, moving: &[Place]) -> bool {
         let step = self.settings.step;
         let mut again = false;
-        for ((link, action), spent) in self.links.iter().zip(&self.actions).zip(&mut self.spent) {
-            let overdoes = link.overdoes(action, &moving[link.parent], &moving[link.body], step);
-            *spent |= overdoes;
-            again |= overdoes;
+        for ((link, action), known) in self.links.iter().zip(&self.actions).zip(&mut self.known) {
+            let rate = link.rate(action, &moving[link.parent], &moving[link.body]);
+            again |= link.revise(action, rate, known, step);
         }
         again
     }
@@ -389,10 +386,10 @@ impl Rods {
     #[inline(always)]
     fn advance(&mut self) -> Result<(), Invalid> {
         let step = self.settings.step;
-        // Each time one more motor is spent.
+        // Each time one more motor is spent, or an end of a range is held or swept: at some time, none is left.
         let moving = loop {
             let moving = self.solve()?;
-            if !self.overdone(&moving) {
+            if !self.revise(&moving) {
                 break moving;
             }
         };
@@ -405,8 +402,15 @@ impl Rods {
             self.places[number] = place;
         }
         let given = self.pushes.iter().map(|[motor, ..]| *motor);
-        for ((action, given), spent) in self.actions.iter().zip(given.clone()).zip(&mut self.spent) {
-            *spent = action.motor.is_some_and(|motor| given.abs() >= motor.most);
+        for ((action, [motor, low, high]), known) in
+            self.actions.iter().zip(&self.pushes).zip(&mut self.known)
+        {
+            known.is_spent = action.motor.is_some_and(|own| action.is_swept && motor.abs() >= own.most);
+            for (stop, push) in known.stops.iter_mut().zip([low, high]) {
+                if *stop == Stop::Swept {
+                    *stop = if *push != 0.0 { Stop::Held } else { Stop::Free };
+                }
+            }
         }
         for (((link, action), given), work) in
             self.links.iter().zip(&self.actions).zip(given).zip(&mut self.work)
