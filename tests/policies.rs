@@ -201,6 +201,26 @@ fn what_is_learned_is_repeatable() {
     }
 }
 
+/// A schedule that has no value at a late iteration ends the learner, and what was found before is kept.
+#[test]
+fn a_schedule_that_fails_late_keeps_the_best() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("late.sgr"), folder.path().join("late"));
+    let text = learner_by("double_dqn");
+    let late = text.replace("max(5 %, 90 % - 20 % * iteration)", "abs(10 % / (iteration - 12))");
+    assert_ne!(text, late);
+    std::fs::write(&file, late).unwrap();
+    let command =
+        ["run", &file.to_string_lossy(), "--max-evals", "200", "--quiet", "--out", &out.to_string_lossy()];
+    let output = crate::command_line::sgc(&command);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    let result = std::fs::read_to_string(out.join("result.json")).unwrap();
+    let result: serde_json::Value = serde_json::from_str(&result).unwrap();
+    assert!(result["evaluations"].as_u64().is_some_and(|made| made < 100), "{result}");
+    assert!(out.join("best.design.json").exists());
+}
+
 /// Motions explore in the worlds of the objective where the learner says so.
 #[test]
 fn a_learner_may_explore_in_worlds() {

@@ -26,10 +26,15 @@ const FURTHEST: f64 = 100.0;
 /// Runs of which one is this many times as fast as another are told.
 const DIFFERENT: f64 = 1.15;
 
+/// A bend that changes by less, rad, is noise.
+const LEAST_WAY: f64 = 1.0 / 57.295_779_513;
+
 /// A film that goes so many times as far as the actuator bends in the grammar is of another angle, or of another actuator.
 const BEYOND: f64 = 1.25;
 /// A film of which no run comes nearer to rest than this share of its greatest bend leaves the slow beginning out.
 const BENT: f64 = 0.2;
+/// So much of the greatest bend on the other side is more than a zero that is a little off.
+const OTHER_SIDE: f64 = 0.15;
 
 /// A point at an end is alone if its run has so many steps, the step to it is this share of the whole way, and so many times as fast as
 /// any other.
@@ -206,6 +211,15 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: Option<(f64,
             needs.to_degrees()
         ));
     }
+    let other = found.motions.iter().map(Motion::on_the_other_side).fold(0.0, f64::max);
+    if other > OTHER_SIDE * most {
+        out.push(format!(
+            "`{}`: a run crosses the straight position: {:.0} deg of its way are on the other side, where the actuator relaxes while the bend grows. \
+             Film each side by itself, as `deflate` and `inflate`.",
+            section.name,
+            other.to_degrees()
+        ));
+    }
     let least = found.motions.iter().map(Motion::least).fold(f64::INFINITY, f64::min);
     if least > BENT * most {
         out.push(format!(
@@ -321,13 +335,17 @@ fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
         let mean = |part: &[(f64, f64)]| part.iter().map(|p| p.1).sum::<f64>() / part.len().max(1) as f64;
         let first = mean(points.get(..third).unwrap_or(points));
         let last = mean(points.get(many - third..).unwrap_or(points));
-        if points.iter().all(|(_, bend)| *bend == points.first().map_or(0.0, |first| first.1)) {
+        let (low, high) = points
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, bend)| (a.min(*bend), b.max(*bend)));
+        if high - low < LEAST_WAY {
             problems.push(Problem::unreadable(
                 place,
                 format!(
-                    "the bend of {} of `{}` never changes, so there is no speed to find",
+                    "the bend of {} of `{}` changes by less than {:.0} deg, so there is no speed to find",
                     called(curve),
-                    section.name
+                    section.name,
+                    LEAST_WAY.to_degrees()
                 ),
             ));
             continue;

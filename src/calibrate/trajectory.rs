@@ -75,6 +75,11 @@ impl Motion {
         self.begin.abs().max(self.end.abs())
     }
 
+    /// How far a run that crosses the straight position goes on the side on which it goes less far, rad; 0 for others.
+    pub(super) fn on_the_other_side(&self) -> f64 {
+        if self.begin * self.end < 0.0 { self.begin.abs().min(self.end.abs()) } else { 0.0 }
+    }
+
     /// How near a run comes to rest, rad.
     pub(super) fn least(&self) -> f64 {
         if self.begin * self.end > 0.0 { self.begin.abs().min(self.end.abs()) } else { 0.0 }

@@ -77,9 +77,12 @@ pub(super) fn told(
         String::new()
     };
     let memory = memory + &remembered(rules, &drive, evaluations, whole).unwrap_or_default();
+    let learning = rules.search.curves.as_ref().is_some_and(|curves| curves.method.learner().is_some());
+    let learning =
+        if learning { "; what the networks learn between motions takes time of its own" } else { "" };
     let beside = if lanes > 1 { format!(", {lanes} side by side") } else { String::new() };
     Some(format!(
-        "measured on a body of {elements} elements: an evaluation takes {more} {}{beside}{all}{memory}",
+        "measured on a body of {elements} elements: an evaluation takes {more} {}{beside}{all}{learning}{memory}",
         short(one)
     ))
 }

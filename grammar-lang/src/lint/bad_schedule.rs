@@ -14,8 +14,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             findings.push(Diagnostic::new(Code::BAD_SCHEDULE, span, message).label(label).help(help));
         };
         for (expr, what) in [(&schedule.iterations, "iteration"), (&schedule.moves, "move")] {
-            // A plain zero leaves the loop out on purpose.
-            if most(expr) < 1.0 && !matches!(expr.kind, ExprKind::Number(0.0)) {
+            // A plain zero leaves the loop out on purpose; a learner learns nothing then.
+            let learns = matches!(method, SearchMethod::ActorCritic(_) | SearchMethod::QLearning(_));
+            if most(expr) < 1.0 && (learns || !matches!(expr.kind, ExprKind::Number(0.0))) {
                 let message = format!("this search never makes a single {what}");
                 report(expr.span, &message, "always below 1", "write a number above zero");
             }

@@ -14,7 +14,7 @@ pub(super) struct Unchanged {
 
 /// A finding if an edit sets what a path names to the value that it has in the base already.
 pub(super) fn check(item: &Item, path: &[Name], new: &Expr) -> Option<Diagnostic> {
-    let (head, rest) = path.split_first()?;
+    let (_, rest) = path.split_first()?;
     let old = match &item.kind {
         ItemKind::Param(param) if rest.is_empty() => param.default.as_ref()?,
         kind => in_block(kind.block()?, rest)?,
@@ -23,7 +23,7 @@ pub(super) fn check(item: &Item, path: &[Name], new: &Expr) -> Option<Diagnostic
         return None;
     }
     let whole: Vec<&str> = path.iter().map(|name| name.text.as_str()).collect();
-    let told = format!("`{}` has this value in `{}` already", whole.join("."), head.text);
+    let told = format!("`{}` has this value already", whole.join("."));
     Some(
         Diagnostic::new(Code::POINTLESS, new.span, told)
             .label("changes nothing")
