@@ -6,7 +6,7 @@ use super::Rod;
 use super::again::Again;
 use super::section::{POISSON, Section};
 use super::solver::Rods;
-use crate::design::assembly::{Assembly, Dof, Element, JointKind, Shape};
+use crate::design::assembly::{Assembly, Dof, Element, JointKind, Shape, Travel};
 use crate::simulate::articulated::Articulated;
 use crate::simulate::tests::bodies::{Builder, element, gait, hinge, idle, m2, m4, servo};
 use crate::simulate::tests::settings;
@@ -402,6 +402,50 @@ fn strong_motors_in_a_row_work_as_hinges_do() {
     assert!((work(&rods) / work(&hinges) - 1.0).abs() < 0.05, "{} J, not {}", work(&rods), work(&hinges));
     let far = |motion: &Motion| motion.bends.iter().fold(0.0_f64, |far, bend| far.max(bend.abs()));
     assert!((far(&rods) / far(&hinges) - 1.0).abs() < 0.02, "{} rad, not {}", far(&rods), far(&hinges));
+}
+
+/// A row of slides that a load holds on its stops does no work, whatever the step: sweeps that had not converged shook it, the more the finer
+/// the step was.
+#[test]
+fn a_row_on_its_stops_stays_there() {
+    let mut body = Builder::default();
+    let mut base = element(Shape::Box { half: Vector3::repeat(0.05) }, Isometry3::identity());
+    base.mass = 5.0;
+    let mut last = body.add(base);
+    body.0.actuators = 1;
+    let share = 0.01;
+    for segment in 0..6 {
+        let begin = 0.05 + share * f64::from(segment);
+        let half = Vector3::new(0.01, 0.5 * share, 0.01);
+        let mut own = element(Shape::Box { half }, Translation3::new(0.0, begin + 0.5 * share, 0.0).into());
+        own.mass = 0.002;
+        let child = body.add(own);
+        let dof = Dof {
+            travel: Travel::Slide,
+            control: servo(0, 0.1),
+            share: 1.0 / 6.0,
+            limits: (0.0, 0.005),
+            stiffness: 500.0,
+            damping: 10.0,
+            effort: 2.0,
+            ..hinge(Vector3::y() * begin, Vector3::y(), 0)
+        };
+        body.join(last, child, JointKind::Dof(dof));
+        last = child;
+    }
+    let load = Shape::Box { half: Vector3::repeat(0.01) };
+    let mut load = element(load, Translation3::new(0.0, 0.05 + 6.0 * share + 0.01, 0.0).into());
+    load.mass = 0.3;
+    let load = body.add(load);
+    body.join(last, load, JointKind::Rigid);
+    let drive = Targets { interval: 1.0, actuators: 1, angles: vec![0.002; 3] };
+    for step in [1.0 / 240.0, 1.0 / 960.0, 1.0 / 3840.0] {
+        let motion = run(2, &body.0, &Settings { step, ..during(2.0) }, &drive);
+        let work: f64 = motion.work.iter().sum();
+        assert!(work < 1e-4, "{work} J at {step} s");
+        let at = |time: f64| motion.pose(load, time).unwrap().translation.vector;
+        assert!((at(2.0) - at(0.5)).norm() < 1e-5, "{step}: {}", at(2.0) - at(0.5));
+    }
 }
 
 /// Refuses every motion.
