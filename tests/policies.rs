@@ -219,6 +219,9 @@ fn a_schedule_that_fails_late_keeps_the_best() {
     let result: serde_json::Value = serde_json::from_str(&result).unwrap();
     assert!(result["evaluations"].as_u64().is_some_and(|made| made < 100), "{result}");
     assert!(out.join("best.design.json").exists());
+    // All iterations before it are in the table.
+    let curve = std::fs::read_to_string(out.join("learning.csv")).unwrap();
+    assert_eq!(curve.lines().count(), 13, "{curve}");
 }
 
 /// Motions explore in the worlds of the objective where the learner says so.

@@ -338,7 +338,19 @@ fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
         let (low, high) = points
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, bend)| (a.min(*bend), b.max(*bend)));
-        if high - low < LEAST_WAY {
+        let is_still = (last.abs() - first.abs()).abs() < LEAST_WAY;
+        if is_still && first.abs().min(last.abs()) > LEAST_WAY && first * last < 0.0 {
+            problems.push(Problem::contradiction(
+                place,
+                format!(
+                    "{} of `{}` goes as far to one side as to the other: film each side by itself, as `deflate` and `inflate`",
+                    called(curve),
+                    section.name
+                ),
+            ));
+            continue;
+        }
+        if high - low < LEAST_WAY || is_still {
             problems.push(Problem::unreadable(
                 place,
                 format!(

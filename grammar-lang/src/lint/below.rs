@@ -98,7 +98,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 
 /// What a schedule asks for and does not have at a moment that the search comes to.
 fn missing(known: &Known<'_>, schedule: &Schedule, method: SearchMethod<'_>, findings: &mut Vec<Diagnostic>) {
-    let asked = || method.temperature().into_iter().chain([&schedule.moves]);
+    let exploration = match method {
+        SearchMethod::QLearning(own) => Some(&own.exploration),
+        _ => None,
+    };
+    let asked = || method.temperature().into_iter().chain([&schedule.moves]).chain(exploration);
     let all = course(known, schedule, method);
     let next = all.last().map_or(0.0, |moment| moment.iteration + 1.0);
     let last = Moment { known, iteration: next, temperature: all.last().map_or(0.0, |m| m.temperature) };

@@ -658,12 +658,7 @@ impl Bodies<'_> {
         let learned: Vec<_> = tunings
             .iter()
             .enumerate()
-            .filter_map(|(task, tuning)| {
-                let mut learned = tuning.learned()?.to_vec();
-                // What is judged when the evaluations are spent belongs to the last iteration.
-                learned.last_mut()?.best = tuning.found.as_ref().map(|found| found.value);
-                Some((task, learned))
-            })
+            .filter_map(|(task, tuning)| Some((task, tuning.learned()?.to_vec())))
             .collect();
         if !learned.is_empty() {
             self.state.learned = learned;

@@ -13,6 +13,7 @@ use super::body::Known;
 use super::evaluator::Evaluator;
 use super::schedule::{Around, Course};
 use super::state::{Curves, Learning, Tuning};
+use super::tally::Missing;
 use super::{Bounds, End, Failure};
 use crate::derive::Candidate;
 use crate::derive::random::Stream;
@@ -156,7 +157,15 @@ impl<'a> Tuner<'a> {
                 self.evolve(schedule, cma_es, tuning, distribution, spent)
             }
             (Curves::Learning(learning), method) => match Method::of(method) {
-                Some(method) => self.learn(schedule, method, tuning, learning, spent),
+                Some(method) => match self.learn(schedule, method, tuning, learning, spent) {
+                    // A schedule that has no value any more ends the learner, not the run: what was found so far is judged and kept.
+                    Err(Failure::Expression(error)) if learning.motions > 0 => {
+                        tuning.tally.count(Missing::Expression(error));
+                        self.judge_offered(tuning, spent, When::AtTheEnd)
+                            .map(|is_judged| if is_judged { Progress::Done } else { self.cut() })
+                    }
+                    progress => progress,
+                },
                 None => Ok(Progress::Done),
             },
             // A state is begun with the method that it goes on with.
@@ -219,7 +228,11 @@ impl<'a> Tuner<'a> {
     }
 
     fn stopped(&self) -> Result<Progress, Failure> {
-        Ok(Progress::Cut(self.bounds.stopped().unwrap_or(End::Interrupted)))
+        Ok(self.cut())
+    }
+
+    fn cut(&self) -> Progress {
+        Progress::Cut(self.bounds.stopped().unwrap_or(End::Interrupted))
     }
 }
 

@@ -62,7 +62,7 @@ fn said(group: &Group, curves: &[Curve<'_>]) -> Vec<String> {
             let unit = if several { "" } else { group.unit.as_str() };
             let of = |x: Option<f64>| x.map_or("no value".to_owned(), |x| value(x, unit));
             Some(format!(
-                "{name}: the best policy, {}, was found after {} that explored; the last policy, after {}, comes to {}.",
+                "{name}: the best policy of the iterations, {}, was found after {} that explored; the last policy, after {}, comes to {}.",
                 of(found.best),
                 counted(found.motions, "motion"),
                 last.motions,
