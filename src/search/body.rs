@@ -77,8 +77,7 @@ impl<'a> Tasks<'a> {
             // evaluation, or a search among such bodies would not end.
             Err(Failure::Expression(error)) if *spent > 1 => {
                 *spent += 1;
-                // What was found before stays found.
-                body.tuning = Tuning { found: body.tuning.found.take(), ..Tuning::default() };
+                body.tuning = Tuning::default();
                 body.tuning.tally.count(Missing::Expression(error));
                 Progress::Done
             }

@@ -157,21 +157,22 @@ impl<'a> Tuner<'a> {
                 self.evolve(schedule, cma_es, tuning, distribution, spent)
             }
             (Curves::Learning(learning), method) => match Method::of(method) {
-                Some(method) => match self.learn(schedule, method, tuning, learning, spent) {
-                    // A schedule that has no value any more ends the learner, not the run: what was found so far is judged and kept.
-                    Err(Failure::Expression(error)) if learning.motions > 0 => {
-                        tuning.tally.count(Missing::Expression(error));
-                        self.judge_offered(tuning, spent, When::AtTheEnd)
-                            .map(|is_judged| if is_judged { Progress::Done } else { self.cut() })
-                    }
-                    progress => progress,
-                },
+                Some(method) => self.learn(schedule, method, tuning, learning, spent),
                 None => Ok(Progress::Done),
             },
             // A state is begun with the method that it goes on with.
             (Curves::Chains(_) | Curves::Distribution(_), _) => Ok(Progress::Done),
         };
         tuning.loops = Some(curves);
+        // A schedule that has no value any more ends the loop, not the run: what was found so far is judged and kept.
+        if let Err(Failure::Expression(error)) = &progress
+            && *spent > 1
+        {
+            *spent += 1;
+            tuning.tally.count(Missing::Expression(error.clone()));
+            let is_judged = self.judge_offered(tuning, spent, When::AtTheEnd)?;
+            return if is_judged { Ok(Progress::Done) } else { self.stopped() };
+        }
         // Where the evaluations end before any curves were judged in all worlds, the best of them are.
         if let Ok(Progress::Cut(end)) = &progress
             && !end.is_early()
@@ -228,11 +229,7 @@ impl<'a> Tuner<'a> {
     }
 
     fn stopped(&self) -> Result<Progress, Failure> {
-        Ok(self.cut())
-    }
-
-    fn cut(&self) -> Progress {
-        Progress::Cut(self.bounds.stopped().unwrap_or(End::Interrupted))
+        Ok(Progress::Cut(self.bounds.stopped().unwrap_or(End::Interrupted)))
     }
 }
 
