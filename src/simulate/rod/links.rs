@@ -35,7 +35,7 @@ const BEYOND: f64 = 1e-9;
 
 /// How an end of a link's range takes part in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum Stop {
+pub(super) enum EndState {
     /// Not at all: the link must not reach it.
     #[default]
     Free,
@@ -63,13 +63,13 @@ impl End {
     }
 }
 
-/// What is known of a step before it is solved.
+/// Which of a link's limits are active in a step.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Known {
+pub(super) struct ActiveSet {
     /// Whether the motor gives all it has.
     pub(super) is_spent: bool,
     /// The low end of the range, and the high one.
-    pub(super) stops: [Stop; 2],
+    pub(super) stops: [EndState; 2],
 }
 
 /// What moves a link along what is driven or free of it.
@@ -318,7 +318,7 @@ impl Link {
         &self,
         (parent, body): (&Place, &Place),
         (target, before): (f64, f64),
-        known: Known,
+        known: ActiveSet,
         step: f64,
     ) -> Action {
         let (deformation, at, axes) = self.deformed(parent, body, before);
@@ -362,7 +362,7 @@ impl Link {
             }
             action.ends = self.ends(deformation[own], step);
             for (end, stop) in action.ends.iter().zip(known.stops) {
-                if let (Some(end), Stop::Held) = (end, stop) {
+                if let (Some(end), EndState::Held) = (end, stop) {
                     let hold = self.hold * step;
                     effort[own] -= hold * end.least * end.away;
                     damping[own] += hold;
@@ -396,7 +396,7 @@ impl Link {
 
     /// Revises what was known of a step that was solved, by the rate that was found. Whether it must be solved again.
     #[inline(always)]
-    pub(super) fn revise(&self, action: &Action, rate: f64, known: &mut Known, step: f64) -> bool {
+    pub(super) fn revise(&self, action: &Action, rate: f64, known: &mut ActiveSet, step: f64) -> bool {
         let mut again = false;
         if let Some(motor) = action.motor.filter(|_| !action.is_swept) {
             let overdoes = motor.impulse(rate).abs() > motor.most;
@@ -407,10 +407,10 @@ impl Link {
             let Some(end) = end else { continue };
             let missing = end.least - end.away * rate;
             let next = match stop {
-                Stop::Free if missing > BEYOND * end.least.abs().max(step) => Stop::Held,
+                EndState::Free if missing > BEYOND * end.least.abs().max(step) => EndState::Held,
                 // It does not pull.
-                Stop::Held if missing < 0.0 => Stop::Swept,
-                Stop::Free | Stop::Held | Stop::Swept => continue,
+                EndState::Held if missing < 0.0 => EndState::Swept,
+                EndState::Free | EndState::Held | EndState::Swept => continue,
             };
             *stop = next;
             again = true;

@@ -3,7 +3,8 @@
 //! A row of hinges bends about one axis and is rigid otherwise. Silicone is not: it gives way sideways as much as in the driven
 //! plane, and twists. Here each row of segments that bends is a beam: rigid discs with elastic links between them, each of six
 //! degrees of freedom (`discs`, `links`, `section`). The beam as a whole is as stiff in its driven plane as the row of hinges is, from which
-//! its modulus follows; its section says the rest. Other joints stay what they are, with stiff springs in place of what they hold.
+//! its modulus follows; its section says the rest. Other joints stay what they are, with stiff springs in place of what they hold. A
+//! motor, and an end of a range that a joint lies on, are in the matrix, too: which limits are active is found by solving the step again.
 //!
 //! A step is linearly implicit: weight, springs and dampers as they are at its end, in the geometry of its beginning. As bodies and links form a
 //! tree, the matrix is factorised without fill-in (`factor`). Contacts with the ground (`ground`) and between parts (`touches`) follow by projected

@@ -9,7 +9,7 @@ use super::contacts::{self, Contact, Drive, Law, Spot, WAYS};
 use super::discs::{Beam, Discs, Link as From, Part};
 use super::factor::{TreeFactor, TreeMatrix};
 use super::ground::{Near, Sole};
-use super::links::{Action, Known, Link, Place, Stop, Work};
+use super::links::{Action, ActiveSet, EndState, Link, Place, Work};
 use super::touches::Touches;
 use super::turns;
 use crate::simulate::lowering::{self, Lowered, Piece};
@@ -85,7 +85,7 @@ pub(super) struct Rods {
     /// What all drives may have added to the energy so far, J.
     added: f64,
     /// Of each link, whether its motor gave all it has in the last step, and which ends of its range it was at.
-    known: Vec<Known>,
+    known: Vec<ActiveSet>,
     /// Impulses of each link in the last step, N m s or N s: of its drive, and of the two ends of its range.
     pushes: Vec<[f64; 3]>,
     /// Impulses of contacts in the last step by number, N s.
@@ -178,7 +178,7 @@ impl Rods {
             rest,
             work: vec![0.0; links.len()],
             added: 0.0,
-            known: vec![Known::default(); links.len()],
+            known: vec![ActiveSet::default(); links.len()],
             pushes: vec![[0.0; 3]; links.len()],
             links,
             pieces: lowered.pieces.clone(),
@@ -210,13 +210,13 @@ impl Rods {
         self.targets.fill(0.0);
         self.work.fill(0.0);
         self.added = 0.0;
-        self.known.fill(Known::default());
+        self.known.fill(ActiveSet::default());
         self.pushes.fill([0.0; 3]);
         self.remembered.fill(Vector3::zeros());
         self.actions.clear();
         for link in &self.links {
             let (parent, body) = (&self.places[link.parent], &self.places[link.body]);
-            self.actions.push(link.act((parent, body), (0.0, 0.0), Known::default(), self.settings.step));
+            self.actions.push(link.act((parent, body), (0.0, 0.0), ActiveSet::default(), self.settings.step));
         }
         (self.lowest, self.whirled, self.failure) = (f64::MAX, 0, None);
     }
@@ -332,7 +332,9 @@ impl Rods {
         let mut places = Vec::new();
         for (number, (link, action)) in self.links.iter().zip(&self.actions).enumerate() {
             let swept = |which: usize| {
-                action.ends[which].filter(|_| self.known[number].stops[which] == Stop::Swept).map(Law::End)
+                action.ends[which]
+                    .filter(|_| self.known[number].stops[which] == EndState::Swept)
+                    .map(Law::End)
             };
             let laws = [action.motor.filter(|_| action.is_swept).map(Law::Motor), swept(0), swept(1)];
             for (which, law) in laws.into_iter().enumerate() {
@@ -407,8 +409,8 @@ impl Rods {
         {
             known.is_spent = action.motor.is_some_and(|own| action.is_swept && motor.abs() >= own.most);
             for (stop, push) in known.stops.iter_mut().zip([low, high]) {
-                if *stop == Stop::Swept {
-                    *stop = if *push != 0.0 { Stop::Held } else { Stop::Free };
+                if *stop == EndState::Swept {
+                    *stop = if *push != 0.0 { EndState::Held } else { EndState::Free };
                 }
             }
         }
