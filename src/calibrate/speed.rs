@@ -27,7 +27,7 @@ const FURTHEST: f64 = 100.0;
 const DIFFERENT: f64 = 1.15;
 
 /// A bend that changes by less, rad, is noise.
-const LEAST_WAY: f64 = 1.0 / 57.295_779_513;
+const LEAST_WAY: f64 = std::f64::consts::PI / 180.0;
 
 /// A film that goes so many times as far as the actuator bends in the grammar is of another angle, or of another actuator.
 const BEYOND: f64 = 1.25;

@@ -641,8 +641,34 @@ fn films_that_cannot_be_are_told() {
     assert_eq!(warnings(&film("s", 1.0, 90.0)), Vec::<String>::new());
     let slip = warnings(&film("ms", 1.0, 90.0));
     assert!(slip.iter().any(|told| told.contains("are the units right?")), "{slip:?}");
+    let far = warnings(&film("s", 1.0, 200.0));
+    assert!(far.iter().any(|told| told.contains("goes up to a bend of 135 deg")), "{far:?}");
     let short = warnings(&film("s", 1.0, 40.0));
     assert!(short.iter().any(|told| told.contains("the film ends at a bend of 40 deg")), "{short:?}");
+}
+
+/// A film that begins bent, and one that crosses the straight position, leave out or mix what a speed is of.
+#[test]
+fn films_that_do_not_begin_at_rest_are_told() {
+    let film = |kind: &str, from: f64, to: f64| {
+        let list = |of: &dyn Fn(f64) -> f64| {
+            (0..30).map(|i| format!("{:.4}", of(f64::from(i)))).collect::<Vec<_>>().join(", ")
+        };
+        format!(
+            "[film]\nkind = \"{kind}\"\nfor = \"bender\"\n\"time [s]\" = [{}]\n\"angle [deg]\" = [{}]\n",
+            list(&|i| i * 0.04),
+            list(&|i| from + (to - from) * (i / 29.0))
+        )
+    };
+    let tells = |text: &str, part: &str| warnings(text).iter().any(|told| told.contains(part));
+    assert!(tells(&film("inflate", 30.0, 90.0), "the film shows no bend below 30 deg"));
+    assert!(tells(&film("inflate", -40.0, 90.0), "crosses the straight position"));
+    for part in ["shows no bend", "crosses"] {
+        assert!(!tells(&film("inflate", 2.0, 90.0), part), "{part}");
+    }
+    let refused = |kind: &str, from: f64, to: f64| wrong("bench.toml", &film(kind, from, to), "");
+    assert!(refused("deflate", 60.0, -60.0).contains("as far to one side as to the other"));
+    assert!(refused("inflate", 10.0, 10.4).contains("changes by less than 1 deg"));
 }
 
 /// One wrong picture at an end of a film moves the whole table: it is told. A motion that begins or ends fast is not.
