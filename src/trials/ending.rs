@@ -40,9 +40,12 @@ pub(super) fn check(trials: &Trials<'_>) -> Option<Diagnostic> {
     }
     let (name, span, duration) = known?;
     (last > 0.0 && last < SHARE * duration).then(|| {
-        odd(span, format!("`{name}` drives nothing in the last {:.0} s of {duration:.0} s", duration - last))
-            .label(format!("after {last:.1} s, it always asks for the same"))
-            .help("let the drive repeat, as `sin(t / period * 360 deg)` does, or simulate for a shorter time")
+        odd(
+            span,
+            format!("`{name}` asks for nothing new in the last {:.0} s of {duration:.0} s", duration - last),
+        )
+        .label(format!("after {last:.1} s, always the same"))
+        .help("let the drive repeat, as `sin(t / period * 360 deg)` does, or simulate for a shorter time")
     })
 }
 
