@@ -33,6 +33,9 @@ pub(super) const MEND: f64 = 0.2;
 /// An end that is passed by less than this share of the speed towards it is not passed.
 const BEYOND: f64 = 1e-9;
 
+/// What drives a beam may differ from what it asks for at the end of the step by this share of its limit: the step is solved once.
+const UNFORESEEN: f64 = 0.1;
+
 /// How an end of a link's range takes part in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum EndState {
@@ -134,7 +137,7 @@ pub(super) struct Action {
     effort: [f64; 6],
     stiffness: [f64; 6],
     damping: [f64; 6],
-    /// What drives a joint; none of a piece of a beam.
+    /// What drives it, if anything does.
     pub(super) motor: Option<Motor>,
     /// Whether that is solved with the contacts.
     pub(super) is_swept: bool,
@@ -345,8 +348,12 @@ impl Link {
         };
         if self.is_beam {
             // At its limit, what drives does not depend on how the body moves. The damping of a beam is that of its material, which has none.
+            action.motor = Motor::new(effort[own], (stiffness[own], 0.0), self.effort, step);
             let foreseen = effort[own] + stiffness[own] * step * rate;
-            if foreseen.abs() > self.effort {
+            if known.is_spent {
+                action.is_swept = action.motor.is_some();
+                (effort[own], stiffness[own]) = (0.0, 0.0);
+            } else if foreseen.abs() > self.effort {
                 effort[own] = self.effort.copysign(foreseen);
                 stiffness[own] = 0.0;
             }
@@ -399,7 +406,13 @@ impl Link {
     pub(super) fn revise(&self, action: &Action, rate: f64, known: &mut ActiveSet, step: f64) -> bool {
         let mut again = false;
         if let Some(motor) = action.motor.filter(|_| !action.is_swept) {
-            let overdoes = motor.impulse(rate).abs() > motor.most;
+            let asked = motor.impulse(rate);
+            let overdoes = if self.is_beam {
+                let given = -self.spring(action, rate, step) * step;
+                (asked.clamp(-motor.most, motor.most) - given).abs() > UNFORESEEN * motor.most
+            } else {
+                asked.abs() > motor.most
+            };
             known.is_spent |= overdoes;
             again |= overdoes;
         }
@@ -418,6 +431,12 @@ impl Link {
         again
     }
 
+    /// What the spring that drives it gives in the matrix at the end of a step after which it moves so, N m or N, against its deformation.
+    #[inline(always)]
+    fn spring(&self, action: &Action, rate: f64, step: f64) -> f64 {
+        action.effort[self.driven] + action.stiffness[self.driven] * step * rate
+    }
+
     /// What its drive does in a step after which the bodies move so. Of a motor, by the impulse that it gave: computed from the speed, it
     /// would differ by all that the contacts have not converged, times a stiff motor's damping.
     #[inline(always)]
@@ -425,12 +444,13 @@ impl Link {
         let own = self.driven;
         let rate = self.rate(action, parent, body);
         let impulse = match action.motor {
+            // The damping of its material stays in the matrix.
+            _ if self.is_beam => {
+                let swept = if action.is_swept { given } else { 0.0 };
+                swept - (self.spring(action, rate, step) + action.damping[own] * rate) * step
+            }
             Some(_) if action.is_swept => given,
             Some(motor) => motor.impulse(rate),
-            None if self.is_beam => {
-                let effort = action.effort[own] + (action.stiffness[own] * step + action.damping[own]) * rate;
-                -effort * step
-            }
             None => 0.0,
         };
         let (first, last) = (impulse * action.began, impulse * rate);

@@ -404,6 +404,24 @@ fn strong_motors_in_a_row_work_as_hinges_do() {
     assert!((far(&rods) / far(&hinges) - 1.0).abs() < 0.02, "{} rad, not {}", far(&rods), far(&hinges));
 }
 
+/// A stiff row with a small torque and hardly any damping gets to its limit and back within a step: it works as at shorter steps.
+#[test]
+fn a_stiff_row_with_a_small_torque_works_as_at_shorter_steps() {
+    let mut body = arm(6, 0.02, 0.953, Vector3::z());
+    for dof in body.joints.iter_mut().flat_map(|joint| joint.kind.dofs_mut()) {
+        dof.damping = 0.000_546;
+        dof.effort = 0.0286;
+    }
+    let settings = during(3.0);
+    let swing = |i: i32| 5.0 * libm::sin(f64::from(i) * std::f64::consts::TAU / 120.0);
+    let drive = Targets { interval: 1.0 / 60.0, actuators: 1, angles: (0..=180).map(swing).collect() };
+    let work = |step: f64| -> f64 {
+        run(2, &body, &Settings { step, ..settings.clone() }, &drive).work.iter().sum()
+    };
+    let (coarse, fine) = (work(1.0 / 240.0), work(1.0 / 960.0));
+    assert!((coarse / fine - 1.0).abs() < 0.15, "{coarse} J, and {fine} J at shorter steps");
+}
+
 /// A row of slides that a load holds on its stops does no work, whatever the step: sweeps that had not converged shook it, the more the finer
 /// the step was.
 #[test]
