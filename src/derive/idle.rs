@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{Value, evaluate};
 use grammar_lang::ir::{
-    Effect, ExampleClause, Expr, ExprKind, Fallback, Function, Group, Operator, Painting, Requirement, Rule,
+    Effect, ExampleClause, Expr, ExprKind, Fallback, Function, Group, Guard, Operator, Painting, Requirement, Rule,
     RuleSet,
 };
 use grammar_lang::units::{Dimension, shown};
@@ -35,7 +35,7 @@ const MADE: usize = 100;
 /// The limit of a requirement is far away if it is so many times what any design has.
 const FAR: f64 = 100.0;
 /// Designs do not grow if a rule that takes parts away has more than this share of all weights.
-const NEARLY: f64 = 0.95;
+const NEARLY: f64 = 0.8;
 
 /// What became of a rule.
 #[derive(Clone, Default)]
@@ -126,7 +126,8 @@ pub fn walk(rules: &RuleSet) -> Walks {
     let shrinking = shrinking(rules, &first);
     // Where nothing grows, rules for what has grown find no place.
     if shrinking.is_none() {
-        found.extend(never_matched(rules, &tried));
+        let waits = waits_for_itself(rules, &tried, &first, &ends);
+        found.extend(if waits.is_empty() { never_matched(rules, &tried) } else { waits });
     }
     found.extend(shrinking);
     Walks { found, ends }
@@ -312,6 +313,55 @@ fn never_matched(rules: &RuleSet, tried: &[Tried]) -> Vec<Diagnostic> {
         .help("is the condition right? If it waits for designs that other rules make, an example with this step shows that it can be applied")
     };
     rules.rules.iter().zip(tried).filter(never).map(told).collect()
+}
+
+/// A warning for each rule that was drawn often, and waits until there is more of something which in all designs of the walks stays the same.
+fn waits_for_itself(
+    rules: &RuleSet,
+    tried: &[Tried],
+    first: &Derivation,
+    ends: &[Derivation],
+) -> Vec<Diagnostic> {
+    let in_examples = in_examples(rules);
+    let number = |value: &Expr, derivation: &Derivation| {
+        evaluate(value, &DesignScope::new(rules, derivation), &mut Vec::new()).ok()?.as_number()
+    };
+    let waits = |guard: &Guard| {
+        let (many, limit) = match &guard.condition.kind {
+            ExprKind::Binary(a, Operator::Greater | Operator::GreaterEqual, b) => (a, b),
+            ExprKind::Binary(a, Operator::Less | Operator::LessEqual, b) => (b, a),
+            _ => return None,
+        };
+        let (here, limit) = (number(many, first)?, number(limit, first)?);
+        let is_same = ends.iter().all(|end| number(many, end) == Some(here));
+        (is_same && here <= limit).then_some((here, limit))
+    };
+    let told = |(rule, tried): (&Rule, &Tried)| {
+        let never = tried.applied == 0
+            && tried.stopped.len() >= DRAWN
+            && tried.stopped.iter().all(|cause| *cause == Blocked::NoMatch)
+            && !in_examples.contains(rule.name.as_str());
+        let guard = rule.guards.iter().find(|guard| never && guard.needs == 0 && waits(guard).is_some())?;
+        let (here, limit) = waits(guard)?;
+        let dimension = match &guard.condition.kind {
+            ExprKind::Binary(a, ..) => a.ty.dimension().unwrap_or_default(),
+            _ => Dimension::NUMBER,
+        };
+        Some(
+            Diagnostic::new(
+                Code::NEVER_APPLIED,
+                guard.condition.span,
+                format!("the rule `{}` waits for what no other rule brings about", rule.name),
+            )
+            .label(format!(
+                "{} in all designs of random walks, and the limit is {}",
+                shown(here, dimension),
+                shown(limit, dimension)
+            ))
+            .help("is the comparison the wrong way round? An example with this step shows that the rule can be applied"),
+        )
+    };
+    rules.rules.iter().zip(tried).filter_map(told).collect()
 }
 
 /// The rules that examples apply.

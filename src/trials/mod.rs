@@ -9,10 +9,13 @@ mod contact;
 mod ending;
 mod failures;
 mod following;
+mod immobile;
 mod loads;
 mod mirrored;
 mod passive;
+mod prices;
 mod reversals;
+mod rewards;
 mod scales;
 mod variables;
 mod waiting;
@@ -168,6 +171,9 @@ impl<'r> Trials<'r> {
         }
         if found.is_empty() {
             found.extend(scales::check(self));
+            found.extend(prices::check(self));
+            found.extend(immobile::check(self));
+            found.extend(rewards::check(self));
         }
         found
     }

@@ -6,7 +6,7 @@ use super::Rod;
 use super::again::Again;
 use super::section::{POISSON, Section};
 use super::solver::Rods;
-use crate::design::assembly::{Assembly, Dof, Element, JointKind, Shape, Travel};
+use crate::design::assembly::{Assembly, Control, Dof, Element, JointKind, Shape, Travel};
 use crate::simulate::articulated::Articulated;
 use crate::simulate::tests::bodies::{Builder, element, gait, hinge, idle, m2, m4, servo};
 use crate::simulate::tests::settings;
@@ -402,6 +402,28 @@ fn strong_motors_in_a_row_work_as_hinges_do() {
     assert!((work(&rods) / work(&hinges) - 1.0).abs() < 0.05, "{} J, not {}", work(&rods), work(&hinges));
     let far = |motion: &Motion| motion.bends.iter().fold(0.0_f64, |far, bend| far.max(bend.abs()));
     assert!((far(&rods) / far(&hinges) - 1.0).abs() < 0.02, "{} rad, not {}", far(&rods), far(&hinges));
+}
+
+/// Two parts that a joint connects do not collide, even where there is a gap between them at first: only the range of the joint stops them.
+#[test]
+fn what_a_joint_connects_does_not_collide() {
+    let mut body = Builder::default();
+    let shape = Shape::Box { half: Vector3::repeat(0.05) };
+    let base = body.add(element(shape, Isometry3::identity()));
+    let load = body.add(element(shape, Translation3::new(0.0, 0.105, 0.0).into()));
+    let mass = body.0.elements[load].mass;
+    let spring = Dof {
+        travel: Travel::Slide,
+        control: Control::Passive { neutral: 0.0 },
+        limits: (-0.03, 0.03),
+        stiffness: mass * 9.81 / 0.02,
+        damping: 10.0 * mass,
+        ..hinge(Vector3::y() * 0.05, Vector3::y(), 0)
+    };
+    body.join(base, load, JointKind::Dof(spring));
+    let motion = run(2, &body.0, &Settings { self_collision: true, ..during(3.0) }, &idle(0));
+    let fell = motion.pose(load, 0.0).unwrap().translation.y - motion.pose(load, 3.0).unwrap().translation.y;
+    assert!((fell - 0.02).abs() < 2e-4, "{fell} m");
 }
 
 /// A stiff row with a small torque and hardly any damping gets to its limit and back within a step: it works as at shorter steps.

@@ -77,7 +77,8 @@ impl Touches {
         let mut pairs = Vec::new();
         for first in 0..pieces.len() {
             for second in 0..first {
-                if pieces[first].body == pieces[second].body {
+                let is_joint = || lowered.are_joined(first, second);
+                if pieces[first].body == pieces[second].body || is_joint() {
                     continue;
                 }
                 let near = |one: usize, other: usize| {
