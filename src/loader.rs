@@ -78,6 +78,9 @@ pub struct Frozen {
     pub texts: BTreeMap<String, String>,
 }
 
+/// So many files of a folder are looked at for a suggestion.
+const SUGGESTED: usize = 1000;
+
 fn from_library(module: &str) -> Option<Source> {
     let (name, text) = LIBRARY.iter().find(|(name, _)| *name == module)?;
     Some(Source { name: (*name).to_owned(), text: (*text).to_owned() })
@@ -118,6 +121,10 @@ pub fn read_text(path: &Path) -> io::Result<String> {
 }
 
 impl Loader for Files {
+    fn beside(&self, module: &str, from: &str) -> Vec<String> {
+        Folder::default().beside(module, from)
+    }
+
     fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         Folder::default().load(module, from)
     }
@@ -148,6 +155,18 @@ impl Loader for Folder {
         Ok(Source { name: path.to_string_lossy().into_owned(), text })
     }
 
+    fn beside(&self, module: &str, from: &str) -> Vec<String> {
+        let path = self.path.join(beside(from, module));
+        let folder = module.rfind('/').map_or("", |end| &module[..=end]);
+        let entries = path.parent().map(std::fs::read_dir).into_iter().flatten().flatten();
+        let names = entries.flatten().take(SUGGESTED).map(|entry| entry.file_name());
+        let mut files: Vec<String> = names
+            .filter_map(|name| Some(format!("{folder}{}", name.to_str().filter(|name| name.ends_with(".sgr"))?)))
+            .collect();
+        files.sort_unstable();
+        files
+    }
+
     fn leads_to_one(&self, one: &str, other: &str) -> bool {
         let real = |name: &str| std::fs::canonicalize(self.path.join(name));
         one == other || matches!((real(one), real(other)), (Ok(one), Ok(other)) if one == other)
@@ -159,6 +178,10 @@ impl Loader for Folder {
 }
 
 impl Loader for Edited {
+    fn beside(&self, module: &str, from: &str) -> Vec<String> {
+        Files.beside(module, from)
+    }
+
     fn leads_to_one(&self, one: &str, other: &str) -> bool {
         Files.leads_to_one(one, other)
     }

@@ -17,7 +17,7 @@ use crate::loader::{Files, read_text};
 use crate::reading::imported;
 use crate::results::whole::write_whole;
 
-/// Fit measurements from a test bench, and write them as a variant of a grammar
+/// Fit measurements from a test bench, and write the fitted values as a variant of a grammar
 ///
 /// sgc also writes a page beside the variant, with a plot of each measurement: points, fit, residuals.
 /// docs/calibration.md says what to measure, with which instruments, and how to record it.
@@ -26,7 +26,7 @@ pub(super) struct Calibrate {
     /// A TOML file with a section for each measurement, or a CSV file with a single measurement
     #[arg(value_name = "MEASUREMENTS")]
     measurements: PathBuf,
-    /// The grammar whose declarations were measured
+    /// The grammar that declares the parts that were measured
     #[arg(long = "for", value_name = "GRAMMAR")]
     grammar: PathBuf,
     /// Where to write the variant; the page is written beside it [default: GRAMMAR_bench.sgr beside MEASUREMENTS]

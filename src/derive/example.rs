@@ -5,7 +5,7 @@ use grammar_lang::eval::{Domain, EvalError, Reference, UNKNOWN_HERE, Value, eval
 use grammar_lang::ir::{
     Application, Effect, Example, ExampleClause, Expr, ExprKind, Operator, Rule, RuleSet, Spread, Ty,
 };
-use grammar_lang::source::Span;
+use grammar_lang::source::{FileId, Span};
 use grammar_lang::units;
 
 use super::choosing::domain_of;
@@ -14,6 +14,20 @@ use crate::design::{PartId, step_of};
 
 /// What names no step.
 const NO_STEP: u64 = u64::MAX;
+
+/// A warning for each example that fails, of those that a text declares itself.
+#[must_use]
+pub fn failing_examples(rules: &RuleSet, own: FileId) -> Vec<Diagnostic> {
+    let own = rules.examples.iter().filter(|(_, example)| example.span.file == own);
+    own.filter_map(|(name, example)| run_example(rules, name, example).err())
+        .map(|failure| {
+            let reason = failure.labels.first().map_or_else(String::new, |label| label.text.clone());
+            Diagnostic::new(Code::FAILING_EXAMPLE, failure.span(), failure.message)
+                .label(reason)
+                .help("`sgc test` derives examples: mend this line, or what the rule does")
+        })
+        .collect()
+}
 
 /// Derives an example and checks what it expects.
 ///

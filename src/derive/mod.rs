@@ -33,7 +33,7 @@ use grammar_lang::ir::{Matched, Rule, RuleSet, Ty};
 pub use apply::Blocked;
 pub use candidate::Candidate;
 pub use every::{Applications, Extent};
-pub use example::run_example;
+pub use example::{failing_examples, run_example};
 pub use idle::{Walks, walk};
 pub use record::{Recorded, Step, Steps};
 pub use scope::DesignScope;

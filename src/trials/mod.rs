@@ -30,7 +30,7 @@ use grammar_lang::ir::{Expr, RuleSet, Task};
 use grammar_lang::source::{FileId, SourceMap, Span};
 
 use crate::derive::random::Stream;
-use crate::derive::{Candidate, Derivation, walk};
+use crate::derive::{Candidate, Derivation, failing_examples, walk};
 use crate::design::PartId;
 use crate::drive::{ControlLaw, Drive};
 use crate::score::{Recording, check_designs, quantities};
@@ -79,6 +79,7 @@ pub fn check_motions(compiled: &Compiled, entry: FileId, sources: &SourceMap) ->
     if let Some(rules) = compiled.ruleset.as_ref().filter(|_| !found.iter().any(Diagnostic::is_error)) {
         // What cannot grow is told already, with the reason.
         if compiled.diagnostics.iter().chain(&found).all(|known| known.code != Code::NO_ROOM) {
+            found.extend(failing_examples(rules, entry));
             let walks = walk(rules);
             found.extend(walks.found);
             // What else is odd may make motions odd, too: it is told alone.

@@ -184,6 +184,7 @@ codes! {
     BEST_STILL        "W0744" "best-at-rest" Warning;
     NEVER_APPLIED     "W0745" "rule-never-applied" Warning;
     SHORT_MOTIONS     "W0746" "odd-short-motions" Warning;
+    FAILING_EXAMPLE   "W0747" "failing-example" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

@@ -56,7 +56,7 @@ fn port_twice(rule: &Rule) -> Option<Diagnostic> {
                 )
                 .label("this port is already taken")
                 .also(first.span, "taken here")
-                .help("attach the second one elsewhere: name the first with `as a`, and write for example `to a.front`"),
+                .help("attach the second one elsewhere: name the first with `as a`, and write `to a.PORT`, with another port of it"),
             );
         }
         if matches!(on.port.kind, ExprKind::Local(_)) {

@@ -338,7 +338,8 @@ impl Loading<'_> {
         let source = match self.loader.load(&module.text, from) {
             Ok(source) => source,
             Err(reason) => {
-                self.errors.push(no_module(module, &reason, &self.loader.library()));
+                let beside = self.loader.beside(&module.text, from);
+                self.errors.push(no_module(module, &reason, (&self.loader.library(), &beside)));
                 return None;
             }
         };
@@ -460,17 +461,27 @@ impl Loading<'_> {
             );
         }
         self.lose(into, Some(std::slice::from_ref(name)));
+        // The name that is meant is probably read further down.
+        let meant = own.keys().find(|other| {
+            did_you_mean(&name.text, [other.as_str()]).is_some()
+        });
+        if let Some(meant) = meant {
+            let meant = Name { text: meant.clone(), ..name.clone() };
+            self.lose(into, Some(std::slice::from_ref(&meant)));
+        }
     }
 }
 
 /// Says that a module cannot be read: a file may be there all the same, a part of the library not.
-fn no_module(module: &Name, reason: &NoModule, library: &[String]) -> Diagnostic {
+fn no_module(module: &Name, reason: &NoModule, (library, beside): (&[String], &[String])) -> Diagnostic {
     let name = &module.text;
     let modules = || library.iter().map(String::as_str);
     if name.ends_with(".sgr") {
         return Diagnostic::new(Code::NO_MODULE, module.span, format!("cannot read the file `{name}`"))
             .label(reason.to_string())
-            .help("the path starts from the folder of this file; separate folders with `/`");
+            .help(did_you_mean(name, beside.iter().map(String::as_str)).unwrap_or_else(|| {
+                "the path starts from the folder of this file; separate folders with `/`".to_owned()
+            }));
     }
     let help = did_you_mean(name, modules()).unwrap_or_else(|| {
         if name.contains(['/', '\\']) {

@@ -209,6 +209,11 @@ pub trait Loader {
         one == other
     }
 
+    /// The files that lie beside a module, as paths from the same source, for suggestions.
+    fn beside(&self, _module: &str, _from: &str) -> Vec<String> {
+        Vec::new()
+    }
+
     /// The modules of the standard library, for suggestions.
     fn library(&self) -> Vec<String> {
         Vec::new()

@@ -52,6 +52,12 @@ impl Stop<'_> {
         self.piece.part(self.piece.start, self.place)
     }
 
+    /// Whether a bracket before this is not closed.
+    fn opens_bracket(&self) -> bool {
+        let before = self.before();
+        before.matches('(').count() > before.matches(')').count()
+    }
+
     fn before(&self) -> &str {
         self.read().text()
     }
@@ -386,6 +392,9 @@ impl Stop<'_> {
             "where" | "in" if counts => COUNT,
             "part" | "actuator" if counts && last == "in" => COUNT,
             "of" if gathers => "write for example `sum over p in part of p.mass`",
+            "to" | "turned" | "as" | "by" if self.expects("`)`") && self.opens_bracket() => {
+                "a bracket is not closed: write `)` before this"
+            }
             "to" if self.expects("an operator") && self.before().contains('=') => {
                 "a range is written with two dots: `0 deg .. 90 deg`"
             }

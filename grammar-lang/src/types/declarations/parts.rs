@@ -182,7 +182,7 @@ impl Declarations<'_> {
             let (depth, behind) = (shape.depth(&own, &ahead), shape.depth(&own, &-ahead));
             if depth > BURIED * (depth + behind) + 1e-3 && !told.contains(&port.name.as_str()) {
                 told.push(&port.name);
-                self.buried_port(&port.name, span, depth);
+                self.buried_port(&port.name, span, (depth, behind), facing);
             }
             let outwards: f64 = (0..3).map(|k| facing[k] * at.coords[k]).sum();
             if outwards < -0.1 * at.coords.norm() && !told.contains(&port.name.as_str()) {

@@ -5,7 +5,7 @@ use super::lets::Lets;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, Expr, Ty};
 use crate::syntax::ast::{self, State};
-use crate::types::expressions::context::Context;
+use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 
 impl Declarations<'_> {
@@ -54,8 +54,27 @@ impl Declarations<'_> {
         let mut before = Context { stage: Stage::Derivation, ..cx.clone() };
         before.locals.truncate(known);
         let what = format!("where `{}` begins", state.name.text);
+        let known_errors = self.expressions.errors.len();
         let from = self.expressions.expect(&state.from, &mut before, &ty, &what);
+        self.tell_of_moments(known_errors, &cx.locals[known..]);
         (ty, from)
+    }
+
+    /// Says of names that the first value of a state reads, and that are known only in each moment.
+    fn tell_of_moments(&mut self, known: usize, of_moments: &[Local]) {
+        for mut error in self.expressions.errors.split_off(known) {
+            let is_meant = |local: &&Local| {
+                error.code == Code::UNKNOWN_NAME && error.message == format!("unknown name `{}`", local.name)
+            };
+            if let Some(local) = of_moments.iter().find(is_meant) {
+                error.help = Some(format!(
+                    "`{}` is a value of each moment, and a state begins before the first one: write here what it stands for",
+                    local.name
+                ));
+                error.fix = None;
+            }
+            self.expressions.errors.add(error);
+        }
     }
 
     /// A state with what it will be at the next control moment, where all values are known.

@@ -271,7 +271,26 @@ impl Declarations<'_> {
     }
 
     /// Warns of a port that lies deep within its part.
-    pub(super) fn buried_port(&mut self, name: &str, place: Span, depth: f64) {
+    pub(super) fn buried_port(
+        &mut self,
+        name: &str,
+        place: Span,
+        (depth, behind): (f64, f64),
+        facing: &[f64; 3],
+    ) {
+        if behind < 1e-3 {
+            let [x, y, z] = facing.map(|x| units::shown(0.0 - x, Dimension::NUMBER));
+            self.report(
+                Diagnostic::new(
+                    Code::STRAY_PORT,
+                    place,
+                    format!("the port `{name}` faces into its part"),
+                )
+                .label(format!("a part attached here reaches {} into this one", length(depth)))
+                .help(format!("a port faces outwards: write `facing vector({x}, {y}, {z})`")),
+            );
+            return;
+        }
         self.report(
             Diagnostic::new(Code::STRAY_PORT, place, format!("the port `{name}` lies inside its part"))
                 .label(format!("a part attached here reaches {} into this one", length(depth)))

@@ -306,7 +306,7 @@ impl Expressions<'_> {
                 )
                 .label("goes beyond this range")
                 .also(old.span, "the domain in the base")
-                .help("for a wider domain, write `set NAME = ...` instead of `narrow NAME in ...`"),
+                .help("for a wider domain, write `set NAME = ...` instead of `narrow NAME in ...`; what takes the value must allow it"),
             );
         }
         new

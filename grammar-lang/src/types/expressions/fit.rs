@@ -86,9 +86,16 @@ impl Expressions<'_> {
                 )
                 .label("without a unit")
                 .also(other.span, article(&other.ty))
-                .help(match self.unit_beside(want, Some(other)) {
-                    Some(unit) => format!("write `{x} {unit}`"),
-                    None => format!("write `{x} {}`", units::suggest(want)),
+                .help({
+                    let unit = self.unit_beside(want, Some(other));
+                    let unit = unit.map_or_else(|| units::suggest(want), str::to_owned);
+                    // What is calculated may well be meant as a number.
+                    let is_plain = matches!(other.kind, ExprKind::Number(_) | ExprKind::Negate(_));
+                    let one = if want == Dimension::ANGLE { "rad" } else { unit.as_str() };
+                    match is_plain || !matches!(what, "`+`" | "`-`") {
+                        true => format!("write `{x} {unit}`"),
+                        false => format!("write `{x} {unit}`; if numbers are meant, divide the other side by `1 {one}`"),
+                    }
                 })
                 .fix_if(self.missing_unit(number, x, want, Some(other)))
             }

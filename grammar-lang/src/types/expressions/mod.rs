@@ -429,6 +429,31 @@ impl<'a> Expressions<'a> {
         );
     }
 
+    /// Says of a parameter that is declared as a Number, with a domain or a value that has a unit, what it must be declared as.
+    fn declared_as_number(&mut self, param: &ast::Param, ty: &Ty, cx: &mut Context) -> Option<Diagnostic> {
+        let given = param.domain.as_ref().or(param.default.as_ref()).filter(|_| *ty == Ty::NUMBER)?;
+        let known = self.errors.len();
+        let found = self.infer(given, cx).ty;
+        self.errors.split_off(known);
+        let quantity = match found {
+            Ty::Domain(of) => *of,
+            other => other,
+        };
+        let is_quantity = quantity.dimension().is_some_and(|dimension| !dimension.is_number());
+        is_quantity.then(|| {
+            let what = if param.domain.is_some() { "domain" } else { "value" };
+            let name = &param.name.text;
+            Diagnostic::new(
+                Code::WRONG_DIMENSION,
+                param.ty.span,
+                format!("`{name}` is declared as a Number, but its {what} is {}", fit::article(&quantity)),
+            )
+            .label("a Number has no unit")
+            .also(given.span, fit::article(&quantity))
+            .help(format!("declare it as `{name} : {quantity}`"))
+        })
+    }
+
     fn check_param(&mut self, param: &ast::Param) -> Option<ir::Param> {
         let ty = self.type_named(&param.ty);
         if ty.dimension().is_none() && !matches!(ty, Ty::Bool | Ty::Enum(_) | Ty::Unknown) {
@@ -444,6 +469,10 @@ impl<'a> Expressions<'a> {
             return None;
         }
         let mut cx = Context::new(Stage::Declaration, false);
+        if let Some(error) = self.declared_as_number(param, &ty, &mut cx) {
+            self.report(error);
+            return None;
+        }
         let domain = param.domain.as_ref().and_then(|d| {
             let domain =
                 self.expect(d, &mut cx, &Ty::Domain(Box::new(ty.clone())), "the domain of a parameter");

@@ -105,6 +105,7 @@ impl Stage {
     /// What can be done in this stage in place of reading a word or a term that is not known here.
     pub(super) fn instead(self, name: &str, where_known: &str) -> &'static str {
         let is_of_design = where_known.contains("rules");
+        let is_of_search = where_known.contains("search schedule");
         let is_of_motion =
             !is_of_design && (where_known.contains("term") || where_known.contains("objective"));
         match self {
@@ -127,6 +128,12 @@ impl Stage {
             }
             Self::Derivation if is_of_motion => {
                 "; conditions on the motion belong in the objective, as in `maximize travel - 10 * fall in cm`"
+            }
+            Self::Derivation if is_of_search || name == "t" => {
+                "; a rule reads the design, parameters, and what it matched and chose: nothing has moved yet, and no search is known"
+            }
+            Self::Score | Self::Objective | Self::Outcome if is_of_search => {
+                "; an objective reads the motion and the design, and is the same at all times of a search"
             }
             _ => "",
         }
