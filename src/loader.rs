@@ -161,7 +161,9 @@ impl Loader for Folder {
         let entries = path.parent().map(std::fs::read_dir).into_iter().flatten().flatten();
         let names = entries.flatten().take(SUGGESTED).map(|entry| entry.file_name());
         let mut files: Vec<String> = names
-            .filter_map(|name| Some(format!("{folder}{}", name.to_str().filter(|name| name.ends_with(".sgr"))?)))
+            .filter_map(|name| {
+                Some(format!("{folder}{}", name.to_str().filter(|name| name.ends_with(".sgr"))?))
+            })
             .collect();
         files.sort_unstable();
         files

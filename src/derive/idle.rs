@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{Value, evaluate};
 use grammar_lang::ir::{
-    Effect, ExampleClause, Expr, ExprKind, Fallback, Function, Group, Guard, Operator, Painting, Requirement, Rule,
-    RuleSet,
+    Effect, ExampleClause, Expr, ExprKind, Fallback, Function, Group, Guard, Operator, Painting, Requirement,
+    Rule, RuleSet,
 };
 use grammar_lang::units::{Dimension, shown};
 

@@ -264,7 +264,9 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
         Err(error) => Some(
             Diagnostic::new(Code::NO_VALUE, error.span, "this has no value for the initial design")
                 .label(error.reason)
-                .help("a search begins with this design: write the condition so that it has a value there, too"),
+                .help(
+                    "a search begins with this design: write the condition so that it has a value there, too",
+                ),
         ),
     }
 }

@@ -5,9 +5,10 @@
 //! ([`Targets`](super::Targets)). At half the step of a solver a controller is asked at the same times, as
 //! long as control moments fall on steps; at a moment within a step it is asked where that step ends.
 
+use std::f64::consts::TAU;
 use std::fmt::Debug;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::Invalid;
 use super::motion::Placement;
@@ -50,6 +51,17 @@ pub(super) trait Observable {
     fn load(&self, element: usize) -> Option<f64>;
 }
 
+/// Where a body was at the control moment before: rates are taken from there.
+#[derive(Clone, Debug)]
+pub(super) struct Earlier {
+    /// When, s.
+    pub(super) time: f64,
+    /// The pose of each body in the world, m.
+    pub(super) poses: Vec<Isometry3<f64>>,
+    /// The position of each actuator, rad or m.
+    pub(super) positions: Vec<f64>,
+}
+
 /// What was so of a body at one moment, kept. Each element is a body of its own here.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
@@ -60,6 +72,7 @@ pub struct Snapshot {
     positions: Vec<f64>,
     rates: Vec<f64>,
     loads: Vec<Option<f64>>,
+    earlier: Option<Earlier>,
 }
 
 impl Snapshot {
@@ -77,6 +90,7 @@ impl Snapshot {
             positions: vec![0.0; assembly.actuators],
             rates: vec![0.0; assembly.actuators],
             loads: vec![Some(0.0); elements],
+            earlier: None,
         }
     }
 
@@ -89,7 +103,8 @@ impl Snapshot {
     /// What is measured of it.
     #[must_use]
     pub fn measured(&self) -> Measured<'_> {
-        Measured { time: self.time, known: self, placements: &self.placements }
+        let earlier = self.earlier.as_ref();
+        Measured { time: self.time, known: self, placements: &self.placements, earlier }
     }
 }
 
@@ -122,6 +137,8 @@ pub struct Measured<'a> {
     pub time: f64,
     pub(super) known: &'a dyn Observable,
     pub(super) placements: &'a [Placement],
+    /// None at the first control moment.
+    pub(super) earlier: Option<&'a Earlier>,
 }
 
 impl Measured<'_> {
@@ -141,8 +158,26 @@ impl Measured<'_> {
             placements: self.placements.iter().enumerate().map(placement).collect(),
             positions: self.known.positions().to_vec(),
             rates: self.known.rates().to_vec(),
-            loads: elements.map(|element| self.load(element)).collect(),
+            loads: elements.clone().map(|element| self.load(element)).collect(),
+            earlier: self.earlier.map(|earlier| Earlier {
+                time: earlier.time,
+                poses: elements.filter_map(|element| self.pose_before(element)).collect(),
+                positions: earlier.positions.clone(),
+            }),
         }
+    }
+
+    /// The time since the control moment before, s; none at the first one.
+    #[must_use]
+    pub fn passed(&self) -> Option<f64> {
+        self.earlier.map(|earlier| self.time - earlier.time).filter(|passed| *passed > 0.0)
+    }
+
+    /// The pose of an element in the world at the control moment before, m; none at the first one.
+    #[must_use]
+    pub fn pose_before(&self, element: usize) -> Option<Isometry3<f64>> {
+        let placement = self.placements.get(element)?;
+        Some(self.earlier?.poses.get(placement.body)? * placement.local)
     }
 
     /// The pose of an element in the world, m; none of one that does not exist.
@@ -152,14 +187,24 @@ impl Measured<'_> {
         Some(self.known.pose(placement.body) * placement.local)
     }
 
-    /// The velocity of the centre of an element, m/s, and its angular velocity, rad/s, in the axes of the world. None where the
-    /// solver does not know it.
+    /// The velocity of the centre of an element, m/s, and its angular velocity, rad/s, in the axes of the world: the means since the control
+    /// moment before. What is asked for changes at control moments only, so that the last step before one is slower than the others. None where
+    /// the solver does not know it.
     #[must_use]
     pub fn velocity(&self, element: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let placement = self.placements.get(element)?;
         let (velocity, spin) = self.known.velocity(placement.body)?;
-        let arm = self.known.pose(placement.body).rotation * placement.local.translation.vector;
-        Some((velocity + spin.cross(&arm), spin))
+        match self.passed().zip(self.pose_before(element)) {
+            Some((passed, before)) => {
+                let now = self.pose(element)?;
+                let gone = now.translation.vector - before.translation.vector;
+                Some((gone / passed, mean_spin(&before.rotation, &now.rotation, &spin, passed)))
+            }
+            None => {
+                let arm = self.known.pose(placement.body).rotation * placement.local.translation.vector;
+                Some((velocity + spin.cross(&arm), spin))
+            }
+        }
     }
 
     /// The height of the lowest point of an element, m.
@@ -189,9 +234,46 @@ impl Measured<'_> {
         self.known.positions().get(actuator).copied()
     }
 
-    /// How fast the position of an actuator changes, rad/s or m/s.
+    /// How fast the position of an actuator changes, rad/s or m/s: the mean since the control moment before.
     #[must_use]
     pub fn rate(&self, actuator: usize) -> Option<f64> {
-        self.known.rates().get(actuator).copied()
+        match self.passed().zip(self.earlier) {
+            Some((passed, earlier)) => {
+                Some((self.position(actuator)? - earlier.positions.get(actuator)?) / passed)
+            }
+            None => self.known.rates().get(actuator).copied(),
+        }
+    }
+}
+
+/// The mean angular velocity of what turned from one rotation to another, rad/s. How often it turned quite round, its angular velocity at the end
+/// tells.
+fn mean_spin(
+    before: &UnitQuaternion<f64>,
+    now: &UnitQuaternion<f64>,
+    spin: &Vector3<f64>,
+    passed: f64,
+) -> Vector3<f64> {
+    let turn = now * before.inverse();
+    let sine = turn.imag().norm();
+    let way = if sine > 1e-9 { turn.imag() / sine } else { spin.try_normalize(1e-9).unwrap_or_default() };
+    let angle = 2.0 * libm::atan2(sine, turn.w);
+    let whole = libm::round((spin.dot(&way) * passed - angle) / TAU);
+    way * ((angle + whole * TAU) / passed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mean_angular_velocity_counts_whole_turns() {
+        for speed in [-70.0, -3.0, -0.1, 0.0, 2.0, 40.0, 130.0] {
+            let axis = Vector3::new(1.0, 2.0, -2.0) / 3.0;
+            let before = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -1.0, 0.2));
+            let now = UnitQuaternion::from_scaled_axis(axis * (speed / 20.0)) * before;
+            let mean = mean_spin(&before, &now, &(axis * speed * 0.95), 1.0 / 20.0);
+            assert!((mean - axis * speed).norm() < 1e-9 * f64::max(1.0, speed.abs()), "{speed}: {mean}");
+        }
     }
 }

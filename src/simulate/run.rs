@@ -6,7 +6,7 @@ use std::cell::OnceCell;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::feedback::{ControlLoop, Controller, Measured, Observable};
+use super::feedback::{ControlLoop, Controller, Earlier, Measured, Observable};
 use super::motion::{Placement, pose_between};
 use super::schedule::Schedule;
 use super::servo::{Bends, Servo};
@@ -142,6 +142,8 @@ struct Feedback<'a> {
     commands: Vec<f64>,
     /// How often it was asked.
     moments: usize,
+    /// Where the body was when it was last asked.
+    earlier: Option<Earlier>,
 }
 
 impl Feedback<'_> {
@@ -261,6 +263,7 @@ impl<S: Stepper> Run<S> {
             own: controller.begin(),
             commands: vec![0.0; actuators],
             moments: 0,
+            earlier: None,
         });
         Lane { drive: case.drive, feedback, servos, motion, failure: None }
     }
@@ -298,8 +301,11 @@ impl<S: Stepper> Run<S> {
                 positions: OnceCell::new(),
                 rates: OnceCell::new(),
             };
-            let measured = Measured { time, known: &known, placements: &self.driven.placements };
+            let placements = &self.driven.placements;
+            let measured = Measured { time, known: &known, placements, earlier: feedback.earlier.as_ref() };
             lane.failure = feedback.own.answer(&measured, &mut feedback.commands).err();
+            let poses = (0..self.driven.bodies).map(|body| known.pose(body)).collect();
+            feedback.earlier = Some(Earlier { time, poses, positions: known.positions().to_vec() });
             if let Some(told) = &mut lane.motion.commands {
                 let asked = |(actuator, command): (usize, &f64)| match feedback.controller.commands(actuator)
                 {

@@ -33,7 +33,8 @@ pub(super) fn check(trials: &Trials<'_>) -> Option<Diagnostic> {
     // What holds still on purpose is judged by something else: by what the tip of an arm does.
     let values = trials.values(&objective.value);
     let greatest = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    let is_little = objective.direction == Direction::Maximize && greatest * unit_of_length(&objective.value)? <= LITTLE;
+    let is_little =
+        objective.direction == Direction::Maximize && greatest * unit_of_length(&objective.value)? <= LITTLE;
     (moved >= ENOUGH && values.len() == moved && is_little).then(|| {
         odd(objective.value.span, "no short motion moves the core".to_owned())
             .label(format!("by more than 0.1 mm in any of {moved} motions, although actuators bend"))

@@ -40,10 +40,13 @@ fn dear(trials: &Trials<'_>, objective: &Objective) -> Option<Diagnostic> {
 fn addends(expr: &Expr) -> Vec<(bool, Expr)> {
     match &expr.kind {
         ExprKind::Convert(x, unit) => {
-            let around = |x: Expr| Expr { kind: ExprKind::Convert(Box::new(x), unit.clone()), ..expr.clone() };
+            let around =
+                |x: Expr| Expr { kind: ExprKind::Convert(Box::new(x), unit.clone()), ..expr.clone() };
             addends(x).into_iter().map(|(added, x)| (added, Expr { span: x.span, ..around(x) })).collect()
         }
-        ExprKind::Aggregate { how: Gather::Min | Gather::Mean | Gather::Quantile, body: Some(body), .. } => {
+        ExprKind::Aggregate {
+            how: Gather::Min | Gather::Mean | Gather::Quantile, body: Some(body), ..
+        } => {
             let around = |x: Expr| {
                 let mut whole = expr.clone();
                 whole.span = x.span;

@@ -45,7 +45,8 @@ pub(super) fn check(trials: &Trials<'_>) -> Option<Diagnostic> {
         Direction::Maximize => 1.0,
         Direction::Minimize => -1.0,
     };
-    let (gained, values): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(gain, value)| (*gain, sign * value)).unzip();
+    let (gained, values): (Vec<f64>, Vec<f64>) =
+        pairs.iter().map(|(gain, value)| (*gain, sign * value)).unzip();
     (pairs.len() >= ENOUGH && rank_correlation(&gained, &values)? < AGAINST).then(|| {
         odd(reward.span, "this reward falls where the objective rises".to_owned())
             .label(format!("so in {} short motions with actions at random", pairs.len()))

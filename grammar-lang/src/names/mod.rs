@@ -462,9 +462,7 @@ impl Loading<'_> {
         }
         self.lose(into, Some(std::slice::from_ref(name)));
         // The name that is meant is probably read further down.
-        let meant = own.keys().find(|other| {
-            did_you_mean(&name.text, [other.as_str()]).is_some()
-        });
+        let meant = own.keys().find(|other| did_you_mean(&name.text, [other.as_str()]).is_some());
         if let Some(meant) = meant {
             let meant = Name { text: meant.clone(), ..name.clone() };
             self.lose(into, Some(std::slice::from_ref(&meant)));

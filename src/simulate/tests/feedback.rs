@@ -274,7 +274,17 @@ impl ControlLoop for Probing<'_> {
 }
 
 fn felt(name: &str, body: &Assembly, settings: &Settings, drive: &Targets, world: &World) -> Vec<Felt> {
-    let interval = settings.step;
+    felt_each(settings.step, name, body, settings, (drive, world))
+}
+
+/// The same at moments that are so many seconds apart.
+fn felt_each(
+    interval: f64,
+    name: &str,
+    body: &Assembly,
+    settings: &Settings,
+    (drive, world): (&Targets, &World),
+) -> Vec<Felt> {
     let probe = Probe { drive, interval, elements: body.elements.len(), felt: Mutex::default() };
     let none = nothing(body.actuators);
     let case = Case { controller: Some(&probe), ..Case::new(&none, world) };
@@ -308,35 +318,29 @@ fn the_ground_carries_the_weight() {
     }
 }
 
-/// Velocities and rates are those with which places and positions change.
+/// Velocities and rates are those with which places and positions changed since the moment before: also of commands that change now and then,
+/// after which all that moves is soon slower again.
 #[test]
 fn velocities_are_those_of_the_motion() {
     let (body, settings) = (m4(), during(1.0));
     let drive = gait(body.actuators, 4, false);
-    for name in HINGED {
-        let moments = felt(name, &body, &settings, &drive, &World::NOMINAL);
-        let (mut off, mut whole) = (0.0, 0.0);
-        let (mut rate_off, mut rates) = (0.0, 0.0);
-        for pair in moments.windows(3) {
-            let [before, now, after] = pair else { unreachable!() };
-            let took = after.0 - before.0;
+    for (name, interval) in HINGED.into_iter().flat_map(|name| [(name, 1.0 / 60.0), (name, 1.0 / 20.0)]) {
+        let moments = felt_each(interval, name, &body, &settings, (&drive, &World::NOMINAL));
+        let (mut off, mut rate_off, mut fastest) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for pair in moments.windows(2) {
+            let [before, now] = pair else { unreachable!() };
+            let took = now.0 - before.0;
             for element in 0..body.elements.len() {
-                let moved = (after.3[element] - before.3[element]) / took;
-                // The fast solver knows the velocity in the middle of the last step.
-                let known = (now.2[element] + after.2[element]) / 2.0;
-                let known = if name == "articulated" { known } else { now.2[element] };
-                off += (moved - known).norm_squared();
-                whole += moved.norm_squared();
+                let moved = (now.3[element] - before.3[element]) / took;
+                off = off.max((moved - now.2[element]).norm());
+                fastest = fastest.max(moved.norm());
             }
             for actuator in 0..body.actuators {
-                let moved = (after.4[actuator].0 - before.4[actuator].0) / took;
-                let known = (now.4[actuator].1 + after.4[actuator].1) / 2.0;
-                let known = if name == "articulated" { known } else { now.4[actuator].1 };
-                rate_off += (moved - known) * (moved - known);
-                rates += moved * moved;
+                let moved = (now.4[actuator].0 - before.4[actuator].0) / took;
+                rate_off = rate_off.max((moved - now.4[actuator].1).abs());
             }
         }
-        let (off, rate_off) = (libm::sqrt(off / whole), libm::sqrt(rate_off / rates));
-        assert!(off < 0.05 && rate_off < 0.05, "{name}: {off}, {rate_off}");
+        assert!(fastest > 0.1, "{name}: {fastest}");
+        assert!(off < 1e-9 && rate_off < 1e-9, "{name}, {interval}: {off}, {rate_off}");
     }
 }

@@ -281,13 +281,9 @@ impl Declarations<'_> {
         if behind < 1e-3 {
             let [x, y, z] = facing.map(|x| units::shown(0.0 - x, Dimension::NUMBER));
             self.report(
-                Diagnostic::new(
-                    Code::STRAY_PORT,
-                    place,
-                    format!("the port `{name}` faces into its part"),
-                )
-                .label(format!("a part attached here reaches {} into this one", length(depth)))
-                .help(format!("a port faces outwards: write `facing vector({x}, {y}, {z})`")),
+                Diagnostic::new(Code::STRAY_PORT, place, format!("the port `{name}` faces into its part"))
+                    .label(format!("a part attached here reaches {} into this one", length(depth)))
+                    .help(format!("a port faces outwards: write `facing vector({x}, {y}, {z})`")),
             );
             return;
         }

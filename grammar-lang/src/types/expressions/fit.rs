@@ -94,7 +94,9 @@ impl Expressions<'_> {
                     let one = if want == Dimension::ANGLE { "rad" } else { unit.as_str() };
                     match is_plain || !matches!(what, "`+`" | "`-`") {
                         true => format!("write `{x} {unit}`"),
-                        false => format!("write `{x} {unit}`; if numbers are meant, divide the other side by `1 {one}`"),
+                        false => format!(
+                            "write `{x} {unit}`; if numbers are meant, divide the other side by `1 {one}`"
+                        ),
                     }
                 })
                 .fix_if(self.missing_unit(number, x, want, Some(other)))
