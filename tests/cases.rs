@@ -121,6 +121,9 @@ fn check(name: &str, text: &str) -> (Vec<Diagnostic>, SourceMap) {
     for (name, example) in compiled.ruleset.iter().flat_map(|r| &r.examples) {
         found.extend(compiled.ruleset.iter().filter_map(|r| run_example(r, name, example).err()).map(|e| *e));
     }
+    // What `sgc test` reports as an error, `sgc check` warns of.
+    let fails = found.iter().any(|told| told.code.id == "E0603");
+    found.retain(|told| !fails || told.code.id != "W0747");
     found.sort_by_key(|d| (d.span().file, d.span().start, d.code.id));
     (found, sources)
 }

@@ -161,7 +161,7 @@ fn check_tells_how_many_examples_fail() {
         ("\nexample one { expect count(part) == 1 }", "\nexample two { expect count(part) == 2 }");
     assert!(told(holds).ends_with(" warning"), "{}", told(holds));
     let one = told(fails);
-    assert!(one.ends_with(" warning; its example fails: `sgc test` says why"), "{one}");
+    assert!(one.ends_with(" 2 warnings; its example fails: `sgc test` says why"), "{one}");
     let both = told(&(holds.to_owned() + fails));
-    assert!(both.ends_with(" warning; 1 of 2 examples fail: `sgc test` says why"), "{both}");
+    assert!(both.ends_with(" 2 warnings; 1 of 2 examples fail: `sgc test` says why"), "{both}");
 }

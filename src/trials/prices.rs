@@ -40,8 +40,7 @@ fn dear(trials: &Trials<'_>, objective: &Objective) -> Option<Diagnostic> {
 fn addends(expr: &Expr) -> Vec<(bool, Expr)> {
     match &expr.kind {
         ExprKind::Convert(x, unit) => {
-            let around =
-                |x: Expr| Expr { kind: ExprKind::Convert(Box::new(x), unit.clone()), ..expr.clone() };
+            let around = |x: Expr| Expr { kind: ExprKind::Convert(Box::new(x), *unit), ..expr.clone() };
             addends(x).into_iter().map(|(added, x)| (added, Expr { span: x.span, ..around(x) })).collect()
         }
         ExprKind::Aggregate {

@@ -75,6 +75,8 @@ impl Reasoning<'_> {
             F::First | F::Last if first.length().high <= 0.0 => {
                 return self.fails(expr, "an empty list has no first or last item");
             }
+            // To rounding, a curve stays within what its control points span.
+            F::Bezier => first.item().numbers().widened(),
             F::First | F::Last => return first.item(),
             F::Design(DesignFunction::Neighbours | DesignFunction::HangingOn) => {
                 let parts = Abstract::Part(Kinds::all());
@@ -91,7 +93,6 @@ impl Reasoning<'_> {
             | F::Vector
             | F::Rotated
             | F::Inverse
-            | F::Bezier
             | F::Cycle
             | F::Solid(_)
             | F::Normal

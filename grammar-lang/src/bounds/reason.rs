@@ -142,9 +142,10 @@ impl<'f> Reasoning<'f> {
             ExprKind::Aggregate { .. } => self.aggregate(expr),
             ExprKind::Call(function, arguments) => self.call(expr, *function, arguments),
             ExprKind::Apply(curve, place) => {
-                self.value(curve);
+                let curve = self.value(curve);
                 self.value(place);
-                Abstract::Any
+                // A curve stays within what its control points span.
+                curve
             }
             ExprKind::Index(list, index) => self.index(expr, list, index),
             ExprKind::Range(low, high) => self.range(expr, low, high),

@@ -450,6 +450,17 @@ impl Schedule {
     }
 }
 
+impl<'s> SearchMethod<'s> {
+    /// When a search by covariance matrix adaptation begins anew, and the first spread of its distribution.
+    #[must_use]
+    pub fn restart_and_spread(self) -> Option<(&'s Expr, f64)> {
+        match self {
+            Self::CmaEs(method) => Some((method.restart.as_ref()?, method.spread)),
+            _ => None,
+        }
+    }
+}
+
 impl Search {
     /// Its loops: the schedule and the method of each.
     pub fn loops(&self) -> impl Iterator<Item = (&Schedule, SearchMethod<'_>)> {

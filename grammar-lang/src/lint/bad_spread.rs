@@ -10,6 +10,8 @@ use super::known::Known;
 
 /// A deviation is tiny if it is less than this share of the domain.
 const TINY: f64 = 1e-3;
+/// A Bool that changes more often than this changes in nearly every move.
+const OFTEN: f64 = 0.9;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (rule, locals) in known.rules() {
@@ -20,7 +22,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for variable in known.ruleset.actuations.values().flat_map(|a| &a.variables) {
         findings.extend(asks.probability(&variable.mutation.probability));
         findings.extend(match &variable.mutation.kernel {
-            Kernel::Flip => None,
+            Kernel::Flip => asks.always_flips(variable),
             Kernel::Normal(mean, deviation) => asks
                 .deviation(deviation)
                 .or_else(|| asks.beyond(variable, deviation))
@@ -95,6 +97,20 @@ impl Asks<'_> {
             )
             .label("the mean of the changes is further from zero than their deviation")
             .help("a search must be able to come back: give the changes a mean of zero, as in `normal(0 deg, 20 deg)`")
+        })
+    }
+
+    /// A Bool that nearly every change inverts.
+    fn always_flips(&mut self, variable: &Variable) -> Option<Diagnostic> {
+        let chance = &variable.mutation.probability;
+        (self.numbers(chance).low > OFTEN).then(|| {
+            Diagnostic::new(
+                Code::UNUSUAL,
+                chance.span,
+                format!("nearly every move inverts `{}`", variable.name),
+            )
+            .label("so that no move keeps it and changes something else")
+            .help("a usual probability is 10 %: write `flip 0.1`")
         })
     }
 

@@ -28,7 +28,9 @@ mod given_to_one;
 mod heights;
 mod instances;
 mod known;
+mod learner_times;
 mod little_turn;
+mod measured_feature;
 mod mixed_axes;
 mod near_zero;
 mod negative_weight;
@@ -44,6 +46,7 @@ mod no_spread;
 mod no_such_param;
 mod no_such_port;
 mod no_value;
+mod noise;
 mod nothing_drawn;
 mod nothing_to_search;
 mod odd_axle;
@@ -61,6 +64,7 @@ mod over_nothing;
 mod periods;
 mod places;
 mod pointless;
+mod rewarded;
 mod said_twice;
 mod same_patterns;
 mod same_port;
@@ -75,6 +79,7 @@ mod unmade;
 mod unread;
 mod unusual;
 mod weak;
+mod whole_cycles;
 mod whole_turns;
 mod worlds;
 
@@ -129,6 +134,11 @@ const DOUBTFUL: &[Lint] = &[
     below::check,
     odd_size::check,
     odd_search::check,
+    learner_times::check,
+    rewarded::check,
+    noise::check,
+    whole_cycles::check,
+    measured_feature::check,
     no_room::check,
     endless::check,
     nothing_to_search::check,

@@ -1,13 +1,16 @@
-//! A loop of a search that stops after each iteration, or that judges a gain before it has made the iterations of it.
+//! A loop of a search that stops or begins anew after each iteration, that stops where it gains, or that judges a gain before it has made the
+//! iterations of it.
 
 use crate::bounds::Truth;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Expr, ExprKind, Function, Operator, SearchWord, Word};
+use crate::eval::{Scope, Value};
+use crate::ir::{Expr, ExprKind, Function, Operator, RuleSet, SearchWord, Word};
+use crate::units::{Dimension, shown};
 
 use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
-    for (schedule, _) in known.ruleset.search.loops() {
+    for (schedule, method) in known.ruleset.search.loops() {
         let stop = &schedule.stop;
         let is_always = known.reasoning(&[]).truth(stop) == Truth::Always;
         // A plain `true` is meant.
@@ -17,6 +20,30 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     .label("this always holds")
                     .help("write `stop = false` to go on as long as `iterations` says"),
             );
+        }
+        if let Some(gain) = stops_on_success(stop) {
+            findings.push(
+                Diagnostic::new(Code::POINTLESS, gain.span, "the search stops where it makes progress")
+                    .label("true as long as the best improves")
+                    .help("a search stops where it gains little: write `<` in place of `>`"),
+            );
+        }
+        if let Some((restart, spread)) = method.restart_and_spread() {
+            let begins = Begins { rules: known.ruleset, spread };
+            if known.value_in(restart, &begins) == Ok(Value::Bool(true)) {
+                findings.push(
+                    Diagnostic::new(
+                        Code::POINTLESS,
+                        restart.span,
+                        "this search begins anew in every iteration",
+                    )
+                    .label(format!(
+                        "true at its first `spread`, {} %",
+                        shown(100.0 * spread, Dimension::NUMBER)
+                    ))
+                    .help("write a far smaller limit, such as `spread < 1 %`"),
+                );
+            }
         }
         if let Some(many) = judges_early(known, stop) {
             findings.push(
@@ -58,4 +85,33 @@ fn judges_early(known: &Known<'_>, stop: &Expr) -> Option<f64> {
         let many = reached(one)?;
         (many > 1.0 && judged(other) == Some(many)).then_some(many)
     })
+}
+
+/// A condition that holds where a gain is large, of those that `and` and `or` join.
+fn stops_on_success(stop: &Expr) -> Option<&Expr> {
+    let is_gain = |expr: &Expr| matches!(&expr.kind, ExprKind::Call(Function::Gain, _));
+    match &stop.kind {
+        ExprKind::Binary(a, Operator::And | Operator::Or, b) => {
+            stops_on_success(a).or_else(|| stops_on_success(b))
+        }
+        ExprKind::Binary(a, Operator::Greater | Operator::GreaterEqual, _) if is_gain(a) => Some(stop),
+        ExprKind::Binary(_, Operator::Less | Operator::LessEqual, b) if is_gain(b) => Some(stop),
+        _ => None,
+    }
+}
+
+/// A search by `cma_es` that begins. What it knows only later has no value.
+struct Begins<'r> {
+    rules: &'r RuleSet,
+    spread: f64,
+}
+
+impl Scope for Begins<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(self.rules)
+    }
+
+    fn word(&self, word: Word) -> Option<Value> {
+        matches!(word, Word::Search(SearchWord::Spread)).then_some(Value::Number(self.spread))
+    }
 }

@@ -179,6 +179,7 @@ impl Declarations<'_> {
             }
             let [x, y, z] = *facing;
             let ahead = if form.stands { Vector3::new(y, x, z) } else { Vector3::new(x, y, z) };
+            self.misnamed_port(&port.name, span, facing);
             let (depth, behind) = (shape.depth(&own, &ahead), shape.depth(&own, &-ahead));
             if depth > BURIED * (depth + behind) + 1e-3 && !told.contains(&port.name.as_str()) {
                 told.push(&port.name);

@@ -270,6 +270,28 @@ impl Declarations<'_> {
         );
     }
 
+    /// Warns of a port whose name says another side than the one that it faces.
+    pub(super) fn misnamed_port(&mut self, name: &str, place: Span, facing: &[f64; 3]) {
+        const SIDES: [(&str, usize, f64); 6] = [
+            ("front", 0, 1.0),
+            ("back", 0, -1.0),
+            ("top", 1, 1.0),
+            ("bottom", 1, -1.0),
+            ("right", 2, 1.0),
+            ("left", 2, -1.0),
+        ];
+        let own = name.split('[').next().unwrap_or(name);
+        let along = |(_, axis, sign): &(&str, usize, f64)| facing[*axis] * sign;
+        let named = SIDES.iter().find(|(side, ..)| *side == own);
+        let faces = SIDES.iter().find(|side| along(side) > 0.9);
+        let Some((_, (side, ..))) = named.filter(|side| along(side) < -0.9).zip(faces) else { return };
+        self.report(
+            Diagnostic::new(Code::UNUSUAL, place, format!("the port `{name}` faces to the {side}"))
+                .label("the opposite side")
+                .help("x points to the front, y to the top and z to the right of a part"),
+        );
+    }
+
     /// Warns of a port that lies deep within its part.
     pub(super) fn buried_port(
         &mut self,
