@@ -53,6 +53,18 @@ impl Found {
         later
     }
 
+    /// Gives names that were found to be unknown after the first `known` findings another help, where there is one for a name.
+    pub(super) fn help_unknown(&mut self, known: usize, help: impl Fn(&str) -> Option<String>) {
+        for mut error in self.split_off(known) {
+            let name = error.message.strip_prefix("unknown name `").and_then(|rest| rest.strip_suffix('`'));
+            if let Some(help) = name.filter(|_| error.code == Code::UNKNOWN_NAME).and_then(&help) {
+                error.help = Some(help);
+                error.fix = None;
+            }
+            self.add(error);
+        }
+    }
+
     /// All of them.
     pub(super) fn into_vec(self) -> Vec<Diagnostic> {
         self.all

@@ -252,52 +252,29 @@ impl Declarations<'_> {
     /// Says of names that matches and values read, and that an effect makes only after them.
     fn tell_of_made_later(&mut self, known: usize, clauses: &[RuleClause]) {
         let made = products_of(clauses);
-        for mut error in self.expressions.errors.split_off(known) {
-            let is_meant = |name: &&&Name| {
-                error.code == Code::UNKNOWN_NAME && error.message == format!("unknown name `{}`", name.text)
-            };
-            if let Some(name) = made.iter().find(is_meant) {
-                error.help = Some(format!(
-                    "this rule makes `{0}` after its matches, choices and values are known: read `{0}` in the lines below `as {0}`, without a `let`",
-                    name.text
-                ));
-                error.fix = None;
-            }
-            self.expressions.errors.add(error);
-        }
+        self.expressions.errors.help_unknown(known, |name| {
+            made.iter().any(|made| made.text == name).then(|| {
+                format!("this rule makes `{name}` after its matches, choices and values are known: read `{name}` in the lines below `as {name}`, without a `let`")
+            })
+        });
     }
 
     /// Says of names that a condition of the whole rule reads, and that an effect above it makes.
     fn tell_of_guarded(&mut self, known: usize, cx: &Context) {
-        for mut error in self.expressions.errors.split_off(known) {
-            let is_meant = |local: &&Local| {
-                error.code == Code::UNKNOWN_NAME && error.message == format!("unknown name `{}`", local.name)
-            };
-            if let Some(local) = cx.locals.iter().find(is_meant) {
-                error.help = Some(format!(
-                    "this condition is tested before the rule makes `{}`: put what depends on it into a block, `if CONDITION {{ ... }}`",
-                    local.name
-                ));
-                error.fix = None;
-            }
-            self.expressions.errors.add(error);
-        }
+        self.expressions.errors.help_unknown(known, |name| {
+            cx.locals.iter().any(|local| local.name == name).then(|| {
+                format!("this condition is tested before the rule makes `{name}`: put what depends on it into a block, `if CONDITION {{ ... }}`")
+            })
+        });
     }
 
     /// Says of names that the clause at `place` reads and does not know which of them a line below makes.
     pub(super) fn tell_of_makers(&mut self, known: usize, clauses: &[RuleClause], place: usize) {
         let below = products_of(clauses.get(place + 1..).unwrap_or(&[]));
-        for mut error in self.expressions.errors.split_off(known) {
-            let is_meant = |name: &&&Name| {
-                error.code == Code::UNKNOWN_NAME && error.message == format!("unknown name `{}`", name.text)
-            };
-            if let Some(name) = below.iter().find(is_meant) {
-                error.help =
-                    Some(format!("it is made further down: move `... as {}` above this line", name.text));
-                error.fix = None;
-            }
-            self.expressions.errors.add(error);
-        }
+        self.expressions.errors.help_unknown(known, |name| {
+            let is_made = below.iter().any(|made| made.text == name);
+            is_made.then(|| format!("it is made further down: move `... as {name}` above this line"))
+        });
     }
 
     pub(super) fn effect(&mut self, clause: &RuleClauseKind, cx: &mut Context) -> Option<ir::Effect> {

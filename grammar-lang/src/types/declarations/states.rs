@@ -62,19 +62,11 @@ impl Declarations<'_> {
 
     /// Says of names that the first value of a state reads, and that are known only in each moment.
     fn tell_of_moments(&mut self, known: usize, of_moments: &[Local]) {
-        for mut error in self.expressions.errors.split_off(known) {
-            let is_meant = |local: &&Local| {
-                error.code == Code::UNKNOWN_NAME && error.message == format!("unknown name `{}`", local.name)
-            };
-            if let Some(local) = of_moments.iter().find(is_meant) {
-                error.help = Some(format!(
-                    "`{}` is a value of each moment, and a state begins before the first one: write here what it stands for",
-                    local.name
-                ));
-                error.fix = None;
-            }
-            self.expressions.errors.add(error);
-        }
+        self.expressions.errors.help_unknown(known, |name| {
+            of_moments.iter().any(|local| local.name == name).then(|| {
+                format!("`{name}` is a value of each moment, and a state begins before the first one: write here what it stands for")
+            })
+        });
     }
 
     /// A state with what it will be at the next control moment, where all values are known.
