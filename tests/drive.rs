@@ -70,7 +70,8 @@ fn a_cycle_whose_period_is_a_number_is_played() {
     );
     std::fs::write(&file, text).unwrap();
     let out = folder.path().join("run").to_string_lossy().into_owned();
-    let output = run(&["run", &file.to_string_lossy(), "--max-evals", "20", "--quiet", "--out", &out]);
+    let output =
+        run(&["run", &file.to_string_lossy(), "--max-evals", "20", "--seed", "2", "--quiet", "--out", &out]);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     let output = run(&["drive", &out, "--dry-run"]);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));

@@ -699,20 +699,21 @@ fn a_best_keeps_its_value_with_rods_where_the_search_asks_for_that() {
         score::objective(Recording::nominal(&drive, parameters, &motion)).unwrap()
     };
     let share = |rules: &RuleSet, best: &Best| with_rods(rules, best) / best.value;
+    // A seed whose best would lose its value.
+    let free = with("");
+    let loses = |seed: &u64| {
+        let (outcome, _) = search(&free, *seed, 2, 400);
+        assert_eq!(outcome.tally.with_rods, 0);
+        share(&free, outcome.best.as_ref().unwrap()) < 0.95
+    };
+    let seed = (1..=8).find(loses).unwrap();
     let asked = with("  keep_with_rods = 95 %");
-    const SEED: u64 = 2;
-    let (one, log_one) = search(&asked, SEED, 1, 400);
-    let (three, log_three) = search(&asked, SEED, 3, 400);
+    let (one, log_one) = search(&asked, seed, 1, 400);
+    let (three, log_three) = search(&asked, seed, 3, 400);
     assert_eq!(log_one, log_three);
     assert_eq!(one.tally, three.tally);
     assert!(one.tally.with_rods > 0, "{:?}", one.tally);
     assert!(share(&asked, one.best.as_ref().unwrap()) >= 0.95);
-
-    let free = with("");
-    let (outcome, _) = search(&free, SEED, 2, 400);
-    assert_eq!(outcome.tally.with_rods, 0);
-    let lost = share(&free, outcome.best.as_ref().unwrap());
-    assert!(lost < 0.95, "without the check, another seed is needed here: {lost}");
 }
 
 /// A constant in the objective hides no loss: what a value must keep is a share of what it is beyond the constant.

@@ -13,9 +13,12 @@ use super::tree::{ROOT, Tree};
 use super::vector::V3;
 use crate::design::assembly::Travel;
 
-/// A contact between two bodies gives way as if so many times the mass of the whole tree were free to move there. Where no
-/// joint can move along the normal, or only one that is held at its limit, its impulse would else be as large as numbers
-/// allow: what rounding makes of it throws the tree about. What rests on such a contact sinks by less than a micrometre.
+/// A contact gives way as if so many times the mass of the whole tree were free to move there. What rests on it sinks by less than a
+/// micrometre.
+///
+/// Where no joint can move along the normal of a contact between two bodies, or only one that is held at its limit, the impulse would else be
+/// as large as numbers allow: what rounding makes of it throws the tree about. On the ground, the weight of a tree that is rigid
+/// vertically would else rest where the sweeps begin, on the root: as the contacts give way alike, they share it.
 const SOFTNESS: f64 = 1e-3;
 
 /// One contact, ready to be solved.
@@ -39,7 +42,7 @@ pub(super) struct Contact<S> {
     pub(super) impulse: V3<S>,
     /// W W^T: what unit impulses do to the three velocities; nn, aa, bb, na, nb, ab.
     pub(super) response: [S; 6],
-    /// The speed at which the contact gives way for an impulse of one: none on the ground.
+    /// The speed at which the contact gives way for an impulse of one.
     pub(super) softness: S,
     /// One over what a unit impulse along the normal does, this included; zero in a lane without the contact.
     pub(super) yielding: S,
@@ -167,7 +170,7 @@ impl<S: Scalar> Rows<S> {
             columns[depth] = own * factor.inverse[path[depth] as usize];
             add_products(&mut response, columns[depth]);
         }
-        self.finish(start, touch, response, zero);
+        self.finish(start, touch, response);
     }
 
     /// Adds a contact between two bodies.
@@ -218,15 +221,16 @@ impl<S: Scalar> Rows<S> {
             columns[place] = own * factor.inverse[dof];
             add_products(&mut response, columns[place]);
         }
-        self.finish(start, touch, response, self.softness);
+        self.finish(start, touch, response);
     }
 
     /// Adds the contact of the columns from `start` on, which has this response.
     #[inline(always)]
-    fn finish(&mut self, start: usize, touch: &Touch<S>, response: [S; 6], softness: S) {
+    fn finish(&mut self, start: usize, touch: &Touch<S>, response: [S; 6]) {
         let zero = touch.depth.like(0.0);
         let k = |value: f64| zero.like(value);
         let [nn, aa, bb, _, _, ab] = response;
+        let softness = self.softness;
         let spread = ((aa - bb) * (aa - bb) * k(0.25) + ab * ab).sqrt();
         let largest = (aa + bb) * k(0.5) + spread;
         let determinant = aa * bb - ab * ab;

@@ -5,10 +5,10 @@ use std::sync::Mutex;
 use nalgebra::Vector3;
 
 use super::HINGED;
-use super::bodies::{fork, gait, m4};
+use super::bodies::{Builder, cube, fork, gait, hinge, m4};
 use super::truth::{during, run};
 use super::worlds::{bits, several};
-use crate::design::assembly::Assembly;
+use crate::design::assembly::{Assembly, Dof, JointKind, Travel};
 use crate::simulate::{
     Case, ControlLoop, Controller, Invalid, Measured, Motion, Settings, Stop, Targets, World, model,
 };
@@ -315,6 +315,31 @@ fn the_ground_carries_the_weight() {
         let moments = felt(name, &body, &weightless, &nothing(body.actuators), &World::NOMINAL);
         let most = moments.iter().flat_map(|(_, loads, ..)| loads).fold(0.0, |a: f64, b| a.max(*b));
         assert!(most < 1e-3 * mass * 9.81, "{name}: {most}");
+    }
+}
+
+/// Three blocks in a row, whose joints do not give way vertically, share their weight: which of them is the root is of no account. Otherwise
+/// a worm of blocks that push each other forward, one after the other, stays where it is.
+#[test]
+fn a_rigid_row_shares_its_weight() {
+    let mut body = Builder::default();
+    body.0.actuators = 2;
+    let blocks: Vec<usize> = (0..3).map(|i| body.add(cube(Vector3::x() * (0.1 * f64::from(i))))).collect();
+    for (number, pair) in blocks.windows(2).enumerate() {
+        let at = Vector3::x() * (0.1 * number as f64 + 0.05);
+        let slide =
+            Dof { travel: Travel::Slide, stiffness: 500.0, damping: 10.0, ..hinge(at, Vector3::x(), number) };
+        body.join(pair[0], pair[1], JointKind::Dof(slide));
+    }
+    let (body, settings) = (body.0, during(1.5));
+    let weight = body.elements[0].mass * settings.gravity;
+    for name in ["articulated", "rapier"] {
+        let moments = felt(name, &body, &settings, &nothing(2), &World::NOMINAL);
+        let loads = &moments.last().unwrap().1;
+        assert!(
+            loads.iter().all(|load| (load / weight - 1.0).abs() < 0.1),
+            "{name}: {loads:?}, not {weight}"
+        );
     }
 }
 
