@@ -16,7 +16,7 @@ use super::touches::{NO_SLOT, Touches};
 use super::tree::{LENGTH, ROOT, Tree};
 use super::vector::{Quat, Sym, V3};
 use crate::simulate::lowering::Lowered;
-use crate::simulate::{Invalid, Settings, World};
+use crate::simulate::{Invalid, Settings, Sweeps, World};
 
 /// Overlap in cm that is left alone, so that resting contacts stay contacts.
 const SLOP: f64 = 0.002;
@@ -27,11 +27,6 @@ const MEND_SPEED: f64 = 20.0;
 /// Gap in cm below which a point is a contact even when all is still.
 const MARGIN: f64 = 0.02;
 
-/// Steps at the beginning whose contacts have no impulses to start from that are worth it: a body on a slope that is
-/// nearly too steep would slide far with the speed that unsolved contacts leave it.
-const COLD: u32 = 8;
-/// For them, so many times as many sweeps at most, and the share of the tolerance that ends them.
-const COLD_SWEEPS: (usize, f64) = (50, 0.01);
 /// What is left unsolved is measured by what all rows give, but by no more than contacts give that carry the tree: parts that
 /// squeeze each other by a hundred times its weight would else leave its feet unsolved, and it would creep, and its servos work for
 /// nothing. On ten points, each carries a tenth: together a tenth of the mass times the square of what a fall gains in a step.
@@ -68,9 +63,7 @@ pub(super) struct Solver<S: Scalar> {
     collisions: Option<Collisions<S>>,
     start: State<S>,
     step: S,
-    iterations: usize,
-    /// The square of the share of all impulses that the last sweep may change.
-    tolerance: S,
+    settings: Settings,
     speed_limit: S,
     /// What turns faster than this for long, rad/s, has no right way.
     pub(super) turn_limit: S,
@@ -164,8 +157,7 @@ impl<S: Scalar> Solver<S> {
             targets: vec![of(0.0); lowered.servos.len()],
             start: state.clone(),
             step: of(settings.step),
-            iterations: settings.iterations,
-            tolerance: of(settings.tolerance * settings.tolerance),
+            settings: settings.clone(),
             speed_limit: of(settings.speed_limit * LENGTH),
             turn_limit: of(settings.turn_limit()),
             whirled: of(0.0),
@@ -457,9 +449,8 @@ impl<S: Scalar> Solver<S> {
         pgs::warm_start(rows, y);
         // A lane that has come to rest is left as it is, while others go on.
         let mut open = live;
-        let (sweeps, share) = if self.age < COLD { COLD_SWEEPS } else { (1, 1.0) };
-        let tolerance = self.tolerance * self.tolerance.like(share * share);
-        let most = self.iterations.saturating_mul(sweeps);
+        let Sweeps { most, tolerance } = self.settings.sweeps_after(self.age);
+        let tolerance = S::of(tree.kit, tolerance * tolerance);
         for _ in 0..most {
             let mut unrest = Unrest::new(tree.kit);
             joints.sweep(y, open, &mut unrest);

@@ -5,11 +5,15 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use super::block::{Rows, transposed_product, zeros};
 use super::factor::TreeFactor;
 use super::links::{End, MEND, Motor, Place};
+use crate::simulate::Sweeps;
 
 /// So deep an overlap is left, m, so that contacts last.
 const SLOP: f64 = 2e-5;
 /// No faster than this, m/s.
 const MEND_SPEED: f64 = 0.2;
+/// A contact gives way as if so many times the mass of the whole body were free to move there, as with hinges: contacts whose loads the laws of
+/// rigid bodies leave open share them.
+pub(super) const SOFTNESS: f64 = 1e-3;
 
 /// The columns of the rows of a contact: the normal, two directions along the surface, and one of zeros, which fills the vectors of the processor.
 pub(super) const WAYS: usize = 4;
@@ -24,6 +28,8 @@ pub(super) struct Contact {
     measure: f64,
     /// The least speed apart, m/s.
     least: f64,
+    /// The speed at which it gives way for an impulse of one, 1/kg.
+    softness: f64,
     friction: f64,
     /// Impulses along the three directions, N s.
     pub(super) impulse: Vector3<f64>,
@@ -45,14 +51,14 @@ pub(super) struct Spot {
 }
 
 impl Contact {
-    /// A contact, which begins with the impulse of the last step.
+    /// A contact, which begins with the impulse of the last step and gives way by a speed in m/s for each N s.
     #[inline(always)]
     pub(super) fn new(
         spot: &Spot,
         places: &[Place],
         factor: &TreeFactor,
         last: Vector3<f64>,
-        step: f64,
+        (step, softness): (f64, f64),
         room: &mut [Rows<WAYS>],
     ) -> Self {
         let normal = spot.normal;
@@ -87,7 +93,7 @@ impl Contact {
         let measure = own.norm().sqrt();
         let deep = (-spot.gap - SLOP).max(0.0);
         let least = if spot.gap > 0.0 { -spot.gap / step } else { (deep * MEND / step).min(MEND_SPEED) };
-        Self { rows, own, measure, least, friction: spot.friction, impulse: last, slot: spot.slot }
+        Self { rows, own, measure, least, softness, friction: spot.friction, impulse: last, slot: spot.slot }
     }
 
     /// Adds an impulse to what the bodies have.
@@ -118,7 +124,8 @@ impl Contact {
     #[inline(always)]
     fn relax(&mut self, vectors: &mut [[f64; 6]]) -> f64 {
         let speeds = self.speeds(vectors);
-        let normal = (self.impulse.x - (speeds.x - self.least) / self.own[(0, 0)]).max(0.0);
+        let excess = speeds.x - self.least + self.softness * self.impulse.x;
+        let normal = (self.impulse.x - excess / (self.own[(0, 0)] + self.softness)).max(0.0);
         let change = normal - self.impulse.x;
         // The tangents know what the normal changes.
         let along =
@@ -223,13 +230,13 @@ impl Drive {
     }
 }
 
-/// Finds the impulses of all drives and contacts, in so many sweeps at most: one that changes them by no more than a share is the last.
+/// Finds the impulses of all drives and contacts.
 #[inline(always)]
 pub(super) fn solve(
     drives: &mut [Drive],
     contacts: &mut [Contact],
     vectors: &mut [[f64; 6]],
-    (sweeps, tolerance): (usize, f64),
+    Sweeps { most, tolerance }: Sweeps,
 ) {
     for drive in drives.iter() {
         drive.push(drive.impulse, vectors);
@@ -237,7 +244,7 @@ pub(super) fn solve(
     for contact in contacts.iter() {
         contact.push(&contact.impulse, vectors);
     }
-    for _ in 0..sweeps {
+    for _ in 0..most {
         let mut changed = 0.0;
         for drive in drives.iter_mut() {
             changed += drive.relax(vectors);

@@ -78,6 +78,8 @@ pub(super) struct Rods {
 
     places: Vec<Place>,
     momenta: Vec<Momentum>,
+    /// How many steps came before.
+    age: u32,
     targets: Vec<f64>,
     actions: Vec<Action>,
     /// The positive work that the drive of each link has done, J.
@@ -100,6 +102,8 @@ pub(super) struct Rods {
     lowest: f64,
     /// How much energy may come from nowhere, J.
     allowed: f64,
+    /// The speed at which contacts give way for an impulse of one, 1/kg.
+    softness: f64,
     whirled: usize,
     failure: Option<Invalid>,
 }
@@ -186,6 +190,7 @@ impl Rods {
             touches,
             is_grounded: true,
             momenta: Vec::with_capacity(count),
+            age: 0,
             targets: vec![0.0; whole.servos.len()],
             actions: Vec::new(),
             factor: TreeFactor::new(&matrix),
@@ -195,6 +200,7 @@ impl Rods {
             lowest: f64::MAX,
             // Without weight a body may still spin: as much as on earth.
             allowed: mass * settings.gravity.max(9.81) * ALLOWED,
+            softness: contacts::SOFTNESS / mass,
             whirled: 0,
             failure: None,
         };
@@ -207,6 +213,7 @@ impl Rods {
         self.places.clone_from(&self.rest);
         self.momenta.clear();
         self.momenta.resize(self.bodies.len(), still);
+        self.age = 0;
         self.targets.fill(0.0);
         self.work.fill(0.0);
         self.added = 0.0;
@@ -349,14 +356,11 @@ impl Rods {
         let mut contacts = Vec::with_capacity(spots.len());
         for spot in &spots {
             let last = self.remembered[spot.slot];
-            contacts.push(Contact::new(spot, &self.places, &self.factor, last, step, &mut self.room.0));
+            let how = (step, self.softness);
+            contacts.push(Contact::new(spot, &self.places, &self.factor, last, how, &mut self.room.0));
         }
-        contacts::solve(
-            &mut drives,
-            &mut contacts,
-            &mut vectors,
-            (self.settings.iterations, self.settings.tolerance),
-        );
+        let sweeps = self.settings.sweeps_after(self.age);
+        contacts::solve(&mut drives, &mut contacts, &mut vectors, sweeps);
         for ((link, which), drive) in places.into_iter().zip(&drives) {
             self.pushes[link][which] = drive.impulse;
         }
@@ -403,6 +407,7 @@ impl Rods {
             self.momenta[number] = Momentum { linear: place.velocity * self.bodies[number].mass, angular };
             self.places[number] = place;
         }
+        self.age += 1;
         let given = self.pushes.iter().map(|[motor, ..]| *motor);
         for ((action, [motor, low, high]), known) in
             self.actions.iter().zip(&self.pushes).zip(&mut self.known)

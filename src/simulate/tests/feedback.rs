@@ -333,7 +333,7 @@ fn a_rigid_row_shares_its_weight() {
     }
     let (body, settings) = (body.0, during(1.5));
     let weight = body.elements[0].mass * settings.gravity;
-    for name in ["articulated", "rapier"] {
+    for name in ["articulated", "rapier", "rod"] {
         let moments = felt(name, &body, &settings, &nothing(2), &World::NOMINAL);
         let loads = &moments.last().unwrap().1;
         assert!(
