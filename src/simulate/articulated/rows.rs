@@ -13,8 +13,8 @@ use super::tree::{ROOT, Tree};
 use super::vector::V3;
 use crate::design::assembly::Travel;
 
-/// A contact gives way as if so many times the mass of the whole tree were free to move there. What rests on it sinks by less than a
-/// micrometre.
+/// A contact gives way as if so many times the mass of the whole tree were free to move there. What rests on it sinks to the depth that is
+/// left, and by less than a micrometre more.
 ///
 /// Where no joint can move along the normal of a contact between two bodies, or only one that is held at its limit, the impulse would else be
 /// as large as numbers allow: what rounding makes of it throws the tree about. On the ground, the weight of a tree that is rigid
