@@ -50,6 +50,28 @@ fn decisions_hold_until_the_next() {
     assert!(asked.len() > 100);
 }
 
+/// With mirrored inputs, a policy decides for each side by the same weights: it knows the actuators of that side first, and what is mirrored has
+/// the other sign for the images.
+#[test]
+fn two_sides_are_decided_by_the_same_weights() {
+    let text = one_body(
+        "policy brain { inputs = []  mirrored = [t / 1 s]  hidden = [] }",
+        "action push : Angle in -10 deg .. 10 deg of brain from [1 + 2 * a.image]  drive angle = push",
+    );
+    // A bias, and shares of the time, of the own actuator, and of its image.
+    let (bias, rate, own, other) = (0.2, 0.7, -0.3, 0.4);
+    let root = libm::sqrt(3.0);
+    let asked = commands(&text, &[bias, rate * root, own * root, other * root]);
+    for (moment, row) in asked.iter().enumerate() {
+        let t = moment as f64 / 60.0;
+        let expected = [bias + rate * t + own + 3.0 * other, bias - rate * t + 3.0 * own + other];
+        for (asked, expected) in row.iter().zip(expected.map(|sum| 10.0 * libm::tanh(sum))) {
+            assert!((asked - expected).abs() < 1e-9, "moment {moment}: {asked}, expected {expected}");
+        }
+    }
+    assert!(asked.len() > 100);
+}
+
 /// Of several values the one with the greatest output is taken, the first of equals. What was decided last is known.
 #[test]
 fn one_of_several_values_is_taken() {
@@ -159,10 +181,13 @@ fn weights_of_another_network_are_refused() {
 /// Learning gives the same bits for one thread and for two, and its design evaluates to what it says.
 #[test]
 fn what_is_learned_is_repeatable() {
-    for method in ["soft_actor_critic", "double_dqn"] {
+    for (method, sides) in
+        [("soft_actor_critic", 1), ("soft_actor_critic", 2), ("double_dqn", 1), ("double_dqn", 2)]
+    {
         let folder = tempfile::tempdir().unwrap();
         let grammar = folder.path().join("own.sgr");
-        std::fs::write(&grammar, learner_by(method)).unwrap();
+        let of_both = if sides == 2 { "policy brain { mirrored = []" } else { "policy brain {" };
+        std::fs::write(&grammar, learner_by(method).replace("policy brain {", of_both)).unwrap();
         let run = |name: &str, jobs: &str| {
             let out = folder.path().join(name);
             let (file, to) = (grammar.to_string_lossy(), out.to_string_lossy());

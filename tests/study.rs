@@ -197,6 +197,10 @@ fn several_processes_and_kills_change_nothing() {
             let ended = child.wait_with_output().unwrap();
             assert!(matches!(ended.status.code(), None | Some(0 | 75)), "{}", said(&ended));
         }
+        // On a busy machine the first may be killed before they plan.
+        if !place.join("pieces/plan.json").exists() {
+            continue;
+        }
         done = ok(&sgc(place, &["study", "status", "pieces"])) == "complete   8\nall        8\n";
         if done {
             break;

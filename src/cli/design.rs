@@ -137,17 +137,18 @@ pub(super) fn other_quantity(design: &SavedDesign, rules: &RuleSet) -> Option<St
 #[derive(PartialEq)]
 enum Quantity {
     Value(Ty),
-    /// The weights of a policy: its own inputs and hidden layers, and what it decides, each with its type, how many values it is one of, and
+    /// The weights of a policy: its own inputs, of which some may be mirrored, and hidden layers, and what it decides, each with its type, how many values it is one of, and
     /// how many inputs it adds.
-    Weights(usize, Vec<usize>, Vec<(String, Ty, Option<usize>, usize)>),
+    Weights((usize, Option<usize>), Vec<usize>, Vec<(String, Ty, Option<usize>, usize)>),
 }
 
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Value(ty) => write!(f, "of type {ty}"),
-            Self::Weights(inputs, hidden, decided) => {
-                write!(f, "a network (inputs: {inputs}, hidden: {hidden:?}) that decides ")?;
+            Self::Weights((inputs, mirrored), hidden, decided) => {
+                let mirrored = mirrored.map_or(String::new(), |count| format!("mirrored: {count}, "));
+                write!(f, "a network (inputs: {inputs}, {mirrored}hidden: {hidden:?}) that decides ")?;
                 for (place, (name, ty, values, inputs)) in decided.iter().enumerate() {
                     let comma = if place == 0 { "" } else { ", " };
                     let values = values.map_or(String::new(), |count| format!(", values: {count}"));
@@ -167,7 +168,8 @@ fn quantities(rules: &RuleSet, task: &str) -> BTreeMap<String, Quantity> {
         all.extend(actuation.variables.iter().map(|v| (v.name.clone(), Quantity::Value(v.ty.clone()))));
         for action in &actuation.actions {
             let Some(policy) = rules.policies.get(&action.policy) else { continue };
-            let empty = || Quantity::Weights(policy.inputs.len(), policy.hidden.clone(), Vec::new());
+            let inputs = (policy.inputs.len(), policy.mirrored.as_ref().map(Vec::len));
+            let empty = || Quantity::Weights(inputs, policy.hidden.clone(), Vec::new());
             if let Quantity::Weights(.., decided) = all.entry(action.policy.clone()).or_insert_with(empty) {
                 let values = match &action.space {
                     ActionSpace::Continuous(..) => None,

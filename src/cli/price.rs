@@ -92,7 +92,8 @@ fn remembered(rules: &RuleSet, drive: &Drive<'_>, evaluations: Option<u64>, dura
     let learner = rules.search.curves.as_ref()?.method.learner()?;
     let decision = drive.decision()?;
     let in_a_motion = duration / (drive.task().model.control * decision.pace as f64);
-    let made = evaluations.map_or(f64::INFINITY, |motions| motions as f64 * in_a_motion);
+    let made =
+        evaluations.map_or(f64::INFINITY, |motions| motions as f64 * in_a_motion * decision.sides as f64);
     // All that was known, done and gained, in 32 bits.
     let numbers = decision.inputs + decision.spaces.len() + 1;
     let bytes = made.min(learner.replay as f64) * 4.0 * numbers as f64;

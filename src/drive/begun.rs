@@ -9,7 +9,7 @@ use grammar_lang::eval::{EvalError, MOST_OPERATIONS};
 use grammar_lang::ir::{RuleSet, Symmetry};
 use grammar_lang::source::{FileId, SourceMap, Span};
 
-use super::policies::TooMany;
+use super::policies::Untunable;
 use super::{Drive, uneven};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation, check_begun, run_example};
@@ -56,9 +56,9 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
                     continue;
                 }
             };
-            if let Some(too_many) = drive.too_many_values() {
+            if let Some(why) = drive.untunable() {
                 found.extend(
-                    Some(too_many_values(&too_many))
+                    Some(untunable(&why, example))
                         .filter(|one| found.iter().all(|known| known.span() != one.span())),
                 );
                 continue;
@@ -88,10 +88,27 @@ fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
     found
 }
 
-fn too_many_values(TooMany { name, span, values, most }: &TooMany<'_>) -> Diagnostic {
-    Diagnostic::new(Code::OUT_OF_DOMAIN, *span, format!("`{name}` gives this body too many values for its search"))
+fn untunable(why: &Untunable<'_>, example: Where<'_>) -> Diagnostic {
+    let told = match why {
+        Untunable::TooMany { name, span, values, most } => Diagnostic::new(
+            Code::OUT_OF_DOMAIN,
+            *span,
+            format!("`{name}` gives this body too many values for its search"),
+        )
         .label(format!("{values} values in all; at most {most} can be tuned"))
-        .help("vary fewer values, or make `hidden` of a policy smaller; `annealing` tunes more values than `cma_es`")
+        .help("vary fewer values, or make `hidden` of a policy smaller; `annealing` tunes more values than `cma_es`"),
+        Untunable::OnNoSide { name, span, kind } => Diagnostic::new(
+            Code::MODEL_MISFIT,
+            *span,
+            format!("`{name}` decides for the two sides of a robot, but a `{kind}` has no mirror image"),
+        )
+        .label("`mirrored` gives it two sides")
+        .help("place the actuator beside the plane of a mirror (`symmetry mirror xy`), or leave out `mirrored`: then there is one network for the whole robot"),
+    };
+    match example {
+        Some((name, span)) => told.also(span, format!("here in `{name}`")),
+        None => told,
+    }
 }
 
 fn no_value(EvalError { span, reason }: EvalError, example: Where<'_>) -> Diagnostic {

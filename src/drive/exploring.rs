@@ -16,8 +16,8 @@ pub trait Explorer: Debug + Send {
     /// What it gained since it decided last.
     fn gain(&mut self, reward: f64);
 
-    /// What is taken as the outputs of the network, by what the policy knows.
-    fn decide(&mut self, known: &[f64]) -> Vec<f64>;
+    /// What is taken as the outputs of the network for a side of the robot, by what the policy knows.
+    fn decide(&mut self, side: usize, known: &[f64]) -> Vec<f64>;
 }
 
 /// What drives a body whose policy is explored.
@@ -104,7 +104,7 @@ impl Exploring<'_, '_, '_> {
             self.before = Some(measured.kept());
         }
         self.moment += 1;
-        self.running.moment_by(measured, &mut |_, known| deciding.explorer.decide(known))
+        self.running.moment_by(measured, &mut |asked, known| deciding.explorer.decide(asked.side, known))
     }
 }
 

@@ -30,7 +30,7 @@ impl Explorer for AtRandom {
         self.gained += reward;
     }
 
-    fn decide(&mut self, _: &[f64]) -> Vec<f64> {
+    fn decide(&mut self, _: usize, _: &[f64]) -> Vec<f64> {
         // Where the greatest of several outputs is taken, each is as likely.
         (0..self.outputs).map(|_| 4.0 * self.random.unit() - 2.0).collect()
     }

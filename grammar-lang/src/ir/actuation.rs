@@ -137,7 +137,7 @@ impl Actuation {
         policies: &'v IndexMap<String, Policy>,
     ) -> impl Iterator<Item = &'v Expr> {
         let deciding = self.actions.iter().filter_map(|action| policies.get(&action.policy));
-        self.values().chain(deciding.flat_map(|policy| &policy.inputs))
+        self.values().chain(deciding.flat_map(Policy::known))
     }
 
     /// Whether it reacts to what is measured, remembers something, or leaves something to a policy: what it asks for is not known ahead.

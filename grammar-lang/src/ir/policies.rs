@@ -13,6 +13,10 @@ pub struct Policy {
     /// What it knows of the whole robot, apart from what each action tells it of its actuator.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<Expr>,
+    /// What it knows of the whole robot and what changes its sign in the mirror. With it, the policy decides for the two sides of the robot by the
+    /// same weights.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mirrored: Option<Vec<Expr>>,
     /// The sizes of its hidden layers.
     pub hidden: Vec<usize>,
     /// The time between two decisions, s; each control interval if none is said.
@@ -28,6 +32,13 @@ pub struct Policy {
     pub mutation_size: f64,
     /// Where it is declared.
     pub span: Span,
+}
+
+impl Policy {
+    /// What it knows of the whole robot, what changes its sign in the mirror last.
+    pub fn known(&self) -> impl Iterator<Item = &Expr> {
+        self.inputs.iter().chain(self.mirrored.iter().flatten())
+    }
 }
 
 /// What a policy decides of each actuator.
@@ -73,6 +84,10 @@ impl Writer<'_> {
         if !policy.inputs.is_empty() {
             let inputs: Vec<_> = policy.inputs.iter().map(|input| self.expr(input, &Names::new())).collect();
             self.line(1, format!("inputs = [{}]", inputs.join(", ")));
+        }
+        if let Some(mirrored) = &policy.mirrored {
+            let mirrored: Vec<_> = mirrored.iter().map(|input| self.expr(input, &Names::new())).collect();
+            self.line(1, format!("mirrored = [{}]", mirrored.join(", ")));
         }
         let hidden: Vec<_> = policy.hidden.iter().map(ToString::to_string).collect();
         self.line(1, format!("hidden = [{}]", hidden.join(", ")));

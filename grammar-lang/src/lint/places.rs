@@ -76,7 +76,7 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
     }
     add(ruleset.sensors.values().map(|sensor| &sensor.value).collect(), Vec::new());
     add(
-        ruleset.policies.values().flat_map(|policy| policy.inputs.iter().chain(&policy.reward)).collect(),
+        ruleset.policies.values().flat_map(|policy| policy.known().chain(&policy.reward)).collect(),
         Vec::new(),
     );
     add(ruleset.terms.values().map(|term| &term.value).collect(), Vec::new());

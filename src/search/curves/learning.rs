@@ -111,7 +111,7 @@ impl Agent {
     }
 }
 
-/// One motion that explores, and what is remembered of it.
+/// One motion that explores, and what is remembered of it: an episode for each side of the robot.
 #[derive(Debug)]
 struct Exploring<'a> {
     agent: &'a Agent,
@@ -120,15 +120,16 @@ struct Exploring<'a> {
     /// How likely an action is drawn evenly.
     chance: f64,
     random: Stream,
-    episode: Episode,
+    episodes: Vec<Episode>,
 }
 
 impl Explorer for Exploring<'_> {
     fn gain(&mut self, reward: f64) {
-        self.episode.gained.push(reward as f32);
+        self.episodes.iter_mut().for_each(|episode| episode.gained.push(reward as f32));
     }
 
-    fn decide(&mut self, known: &[f64]) -> Vec<f64> {
+    fn decide(&mut self, side: usize, known: &[f64]) -> Vec<f64> {
+        let Some(episode) = self.episodes.get_mut(side) else { return Vec::new() };
         let known: Vec<f32> = known.iter().map(|x| *x as f32).collect();
         let outputs = match self.agent {
             Agent::ActorCritic(agent) => {
@@ -139,12 +140,12 @@ impl Explorer for Exploring<'_> {
                 } else {
                     agent.explore(&known, &mut self.random).into_iter().map(f64::from).collect()
                 };
-                self.episode.done.extend(outputs.iter().map(|output| libm::tanh(*output) as f32));
+                episode.done.extend(outputs.iter().map(|output| libm::tanh(*output) as f32));
                 outputs
             }
             Agent::QLearning(agent) => {
                 let places = agent.explore(&known, self.chance, &mut self.random);
-                self.episode.done.extend(places.iter().map(|place| *place as f32));
+                episode.done.extend(places.iter().map(|place| *place as f32));
                 // The greatest output of an action is the one that is taken.
                 let one = |(place, count): (&usize, &Option<usize>)| {
                     let place = *place;
@@ -153,18 +154,17 @@ impl Explorer for Exploring<'_> {
                 places.iter().zip(&self.values).flat_map(one).collect()
             }
         };
-        self.episode.known.extend(known);
+        episode.known.extend(known);
         outputs
     }
 }
 
 impl Exploring<'_> {
     /// What is remembered: nothing was gained yet by the last decision.
-    fn remembered(self) -> Episode {
-        let mut episode = self.episode;
+    fn remembered(mut self) -> Vec<Episode> {
         let actions = self.values.len();
-        episode.done.truncate(episode.gained.len() * actions);
-        episode
+        self.episodes.iter_mut().for_each(|episode| episode.done.truncate(episode.gained.len() * actions));
+        self.episodes
     }
 }
 
@@ -212,10 +212,12 @@ impl Tuner<'_> {
             counted += 1;
             next.motions += 1;
             match episode {
-                Ok(episode) => {
-                    made += episode.gained.len();
-                    rewards.push(episode.gained.iter().map(|reward| f64::from(*reward)).sum::<f64>());
-                    next.replay.add(episode, method.learner().replay);
+                Ok(episodes) => {
+                    // All sides gain the same.
+                    let gained = episodes.first().map_or(&[][..], |episode| &episode.gained);
+                    made += gained.len();
+                    rewards.push(gained.iter().map(|reward| f64::from(*reward)).sum::<f64>());
+                    episodes.into_iter().for_each(|one| next.replay.add(one, method.learner().replay));
                 }
                 Err(Missing::Expression(error)) if state.motions == 0 => return Err(error.into()),
                 Err(why) => now.tally.count(why),
@@ -292,7 +294,7 @@ impl Tuner<'_> {
         state: &Learning,
         motions: usize,
         (chance, in_worlds): (f64, bool),
-    ) -> Result<Option<Vec<Result<Episode, Missing>>>, Failure> {
+    ) -> Result<Option<Vec<Result<Vec<Episode>, Missing>>>, Failure> {
         let Some(decision) = self.evaluator.drive.decision() else { return Ok(Some(Vec::new())) };
         let values = |space: &&ActionSpace| match space {
             ActionSpace::Continuous(..) => None,
@@ -304,7 +306,7 @@ impl Tuner<'_> {
             values: values.clone(),
             chance,
             random: self.stream(&format!("motion {}", state.motions + number as u64)),
-            episode: Episode::default(),
+            episodes: vec![Episode::default(); decision.sides],
         };
         let mut all: Vec<Exploring<'_>> = (0..motions).map(exploring).collect();
         let policy = state.agent.policy();

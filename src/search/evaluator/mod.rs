@@ -112,7 +112,7 @@ impl<'r> Evaluator<'r> {
     ) -> Result<Self, Failure> {
         let Candidate { rules, derivation, body } = candidate;
         let drive = Drive::new(candidate, task)?;
-        if let Some(unfit) = drive.untunable() {
+        if let Some(unfit) = drive.unfit() {
             return Err(unfit.into());
         }
         let settings = settings(&task.model);

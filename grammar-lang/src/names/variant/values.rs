@@ -318,6 +318,7 @@ const MAY_BE_LEFT_OUT: &[&str] = &[
     "begins",
     "pivot",
     "inputs",
+    "mirrored",
     "hidden",
     "every",
     "reward",

@@ -16,8 +16,10 @@ use crate::types::expressions::fit::article;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
-const POLICY: Fields<'static> =
-    Fields { all: &["inputs", "hidden", "every", "reward", "mutation_chance", "mutation_size"], blocks: &[] };
+const POLICY: Fields<'static> = Fields {
+    all: &["inputs", "mirrored", "hidden", "every", "reward", "mutation_chance", "mutation_size"],
+    blocks: &[],
+};
 
 /// Hidden layers of a policy, at most.
 const MOST_LAYERS: usize = 4;
@@ -43,6 +45,10 @@ impl Declarations<'_> {
             }
             None => Some(Vec::new()),
         };
+        let mirrored = from.values.get("mirrored").map(|(_, tree)| {
+            let tree = *tree;
+            self.mirrored(tree, &mut Context::new(Stage::Drive, damaged))
+        });
         let hidden = self.hidden(&from, "hidden", USUAL_HIDDEN, &Context::new(Stage::Declaration, damaged));
         let time = Ty::Quantity(Dimension::TIME);
         let every = match from.values.contains_key("every") {
@@ -63,6 +69,7 @@ impl Declarations<'_> {
         let mutation_size = share("mutation_size", USUAL_SIZE, 4.0, "0.5");
         Some(ir::Policy {
             inputs: inputs?,
+            mirrored: whole(mirrored)?,
             hidden: hidden?,
             every: every?,
             reward: whole(reward)?,
@@ -70,6 +77,20 @@ impl Declarations<'_> {
             mutation_size: mutation_size?,
             span: block.name.span,
         })
+    }
+
+    /// What changes its sign in the mirror.
+    fn mirrored(&mut self, tree: &ast::Expr, cx: &mut Context) -> Option<Vec<Expr>> {
+        let inputs = self.inputs(tree, cx)?;
+        if let Some(yes) = inputs.iter().find(|input| input.ty == Ty::Bool) {
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, yes.span, "what is `mirrored` must be a Number")
+                    .label("a Bool has no sign")
+                    .help("write it among the `inputs`, if it is the same in the mirror"),
+            );
+            return None;
+        }
+        Some(inputs)
     }
 
     /// What a learner gets.
