@@ -9,6 +9,7 @@
 pub mod articulated;
 pub mod balls;
 mod check;
+mod contacts;
 pub mod export;
 mod feedback;
 mod ice;
@@ -68,23 +69,8 @@ pub struct Settings {
 /// A body may turn so far in a step, rad. Solvers take the chord for the arc: of this angle it is a hundredth shorter.
 pub const MOST_TURN: f64 = 0.25;
 
-/// Steps at the beginning whose contacts have no impulses to start from that are worth it: a body on a slope that is nearly too steep would
-/// slide far with the speed that unsolved contacts leave it, and blocks in a row would not share their weight yet.
-const COLD: u32 = 8;
-/// For them, so many times as many sweeps at most, and the share of the tolerance that ends them.
-const COLD_SWEEPS: (usize, f64) = (50, 0.01);
-
 /// The shortest stretch of a motion, s, of which a pace is asked.
 pub const LAST_STRETCH: f64 = 2.0;
-
-/// How far contacts are solved.
-#[derive(Clone, Copy, Debug)]
-struct Sweeps {
-    /// So many sweeps at most.
-    most: usize,
-    /// See [`Settings::tolerance`].
-    tolerance: f64,
-}
 
 impl Settings {
     /// The same model, simulated with more care: half the step, contacts solved ten times as far, and twice as many frames,
@@ -98,13 +84,6 @@ impl Settings {
             tolerance: self.tolerance / 10.0,
             ..self.clone()
         }
-    }
-
-    /// How far contacts are solved in a step that so many steps came before.
-    #[inline]
-    fn sweeps_after(&self, steps: u32) -> Sweeps {
-        let (times, share) = if steps < COLD { COLD_SWEEPS } else { (1, 1.0) };
-        Sweeps { most: self.iterations.saturating_mul(times), tolerance: self.tolerance * share }
     }
 
     /// How fast a body may turn, rad/s: see [`MOST_TURN`].

@@ -12,14 +12,7 @@ use super::touches::{MOST_LANES, Pair, Touch, Touches};
 use super::tree::{ROOT, Tree};
 use super::vector::V3;
 use crate::design::assembly::Travel;
-
-/// A contact gives way as if so many times the mass of the whole tree were free to move there. What rests on it sinks to the depth that is
-/// left, and by less than a micrometre more.
-///
-/// Where no joint can move along the normal of a contact between two bodies, or only one that is held at its limit, the impulse would else be
-/// as large as numbers allow: what rounding makes of it throws the tree about. On the ground, the weight of a tree that is rigid
-/// vertically would else rest where the sweeps begin, on the root: as the contacts give way alike, they share it.
-const SOFTNESS: f64 = 1e-3;
+use crate::simulate::contacts::{GROUND_SOFTNESS, PAIR_SOFTNESS};
 
 /// One contact, ready to be solved.
 #[derive(Clone, Copy, Debug)]
@@ -72,8 +65,8 @@ pub(super) struct Rows<S> {
     pub(super) columns: Places<V3<S>>,
     /// The degree of freedom of each column.
     pub(super) dofs: Vec<u32>,
-    /// See [`SOFTNESS`].
-    softness: S,
+    /// The speed at which contacts with the ground give way for an impulse of one, and those between two bodies.
+    softness: [S; 2],
     /// Room for eliminating a row: by depth on its path, or by degree of freedom where there are two paths.
     scratch: Vec<V3<S>>,
     /// Where the rows of the degrees of freedom on a path begin in the factor.
@@ -89,7 +82,7 @@ impl<S: Scalar> Rows<S> {
             grounded: 0,
             columns: Places::new(contacts * longest),
             dofs: Vec::with_capacity(contacts * longest),
-            softness: S::of(tree.kit, SOFTNESS) / tree.mass(),
+            softness: [GROUND_SOFTNESS, PAIR_SOFTNESS].map(|of| S::of(tree.kit, of) / tree.mass()),
             scratch: vec![V3::null(tree.kit); tree.dofs()],
             starts: Vec::with_capacity(longest),
         }
@@ -170,7 +163,7 @@ impl<S: Scalar> Rows<S> {
             columns[depth] = own * factor.inverse[path[depth] as usize];
             add_products(&mut response, columns[depth]);
         }
-        self.finish(start, touch, response);
+        self.finish(start, touch, response, self.softness[0]);
     }
 
     /// Adds a contact between two bodies.
@@ -221,16 +214,15 @@ impl<S: Scalar> Rows<S> {
             columns[place] = own * factor.inverse[dof];
             add_products(&mut response, columns[place]);
         }
-        self.finish(start, touch, response);
+        self.finish(start, touch, response, self.softness[1]);
     }
 
     /// Adds the contact of the columns from `start` on, which has this response.
     #[inline(always)]
-    fn finish(&mut self, start: usize, touch: &Touch<S>, response: [S; 6]) {
+    fn finish(&mut self, start: usize, touch: &Touch<S>, response: [S; 6], softness: S) {
         let zero = touch.depth.like(0.0);
         let k = |value: f64| zero.like(value);
         let [nn, aa, bb, _, _, ab] = response;
-        let softness = self.softness;
         let spread = ((aa - bb) * (aa - bb) * k(0.25) + ab * ab).sqrt();
         let largest = (aa + bb) * k(0.5) + spread;
         let determinant = aa * bb - ab * ab;

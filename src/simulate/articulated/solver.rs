@@ -15,8 +15,9 @@ use super::stride::{Pose, Stride, Way, stride};
 use super::touches::{NO_SLOT, Touches};
 use super::tree::{LENGTH, ROOT, Tree};
 use super::vector::{Quat, Sym, V3};
+use crate::simulate::contacts::Sweeps;
 use crate::simulate::lowering::Lowered;
-use crate::simulate::{Invalid, Settings, Sweeps, World};
+use crate::simulate::{Invalid, Settings, World};
 
 /// Overlap in cm that is left alone, so that resting contacts stay contacts.
 const SLOP: f64 = 0.002;

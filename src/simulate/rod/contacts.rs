@@ -5,16 +5,12 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use super::block::{Rows, transposed_product, zeros};
 use super::factor::TreeFactor;
 use super::links::{End, MEND, Motor, Place};
-use crate::simulate::Sweeps;
+use crate::simulate::contacts::{GROUND_SOFTNESS, PAIR_SOFTNESS, Sweeps};
 
 /// So deep an overlap is left, m, so that contacts last.
 const SLOP: f64 = 2e-5;
 /// No faster than this, m/s.
 const MEND_SPEED: f64 = 0.2;
-/// A contact gives way as if so many times the mass of the whole body were free to move there, as with hinges: contacts whose loads the laws of
-/// rigid bodies leave open share them.
-pub(super) const SOFTNESS: f64 = 1e-3;
-
 /// The columns of the rows of a contact: the normal, two directions along the surface, and one of zeros, which fills the vectors of the processor.
 pub(super) const WAYS: usize = 4;
 
@@ -51,14 +47,14 @@ pub(super) struct Spot {
 }
 
 impl Contact {
-    /// A contact, which begins with the impulse of the last step and gives way by a speed in m/s for each N s.
+    /// A contact, of a body with a mass in kg. It begins with the impulse of the last step.
     #[inline(always)]
     pub(super) fn new(
         spot: &Spot,
         places: &[Place],
         factor: &TreeFactor,
         last: Vector3<f64>,
-        (step, softness): (f64, f64),
+        (step, mass): (f64, f64),
         room: &mut [Rows<WAYS>],
     ) -> Self {
         let normal = spot.normal;
@@ -93,6 +89,7 @@ impl Contact {
         let measure = own.norm().sqrt();
         let deep = (-spot.gap - SLOP).max(0.0);
         let least = if spot.gap > 0.0 { -spot.gap / step } else { (deep * MEND / step).min(MEND_SPEED) };
+        let softness = if spot.other.is_some() { PAIR_SOFTNESS } else { GROUND_SOFTNESS } / mass;
         Self { rows, own, measure, least, softness, friction: spot.friction, impulse: last, slot: spot.slot }
     }
 

@@ -102,8 +102,8 @@ pub(super) struct Rods {
     lowest: f64,
     /// How much energy may come from nowhere, J.
     allowed: f64,
-    /// The speed at which contacts give way for an impulse of one, 1/kg.
-    softness: f64,
+    /// kg.
+    mass: f64,
     whirled: usize,
     failure: Option<Invalid>,
 }
@@ -200,7 +200,7 @@ impl Rods {
             lowest: f64::MAX,
             // Without weight a body may still spin: as much as on earth.
             allowed: mass * settings.gravity.max(9.81) * ALLOWED,
-            softness: contacts::SOFTNESS / mass,
+            mass,
             whirled: 0,
             failure: None,
         };
@@ -356,7 +356,7 @@ impl Rods {
         let mut contacts = Vec::with_capacity(spots.len());
         for spot in &spots {
             let last = self.remembered[spot.slot];
-            let how = (step, self.softness);
+            let how = (step, self.mass);
             contacts.push(Contact::new(spot, &self.places, &self.factor, last, how, &mut self.room.0));
         }
         let sweeps = self.settings.sweeps_after(self.age);

@@ -222,7 +222,7 @@ fn a_sliding_block_stops_by_the_law_of_coulomb() {
         rods.step();
     }
     let crept = rods.pose(0, 0).translation.vector - rest;
-    assert!(crept.xz().norm() < 1e-6 && crept.y.abs() < 2.1e-5, "{crept}");
+    assert!(crept.xz().norm() < 1e-6 && crept.y.abs() < 3e-5, "{crept}");
 }
 
 /// On a slope below the angle of friction nothing creeps, above it all slides.
@@ -487,7 +487,7 @@ fn a_row_on_its_stops_stays_there() {
         let at = |time: f64| motion.pose(load, time).unwrap().translation.vector;
         let moved = at(2.0) - at(0.5);
         // Its foot sinks to the depth that is left.
-        assert!(moved.xz().norm() < 1e-5 && moved.y.abs() < 2.1e-5, "{step}: {moved}");
+        assert!(moved.xz().norm() < 1e-5 && moved.y.abs() < 3e-5, "{step}: {moved}");
     }
 }
 
