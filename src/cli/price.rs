@@ -95,7 +95,7 @@ fn remembered(rules: &RuleSet, drive: &Drive<'_>, evaluations: Option<u64>, dura
     let made =
         evaluations.map_or(f64::INFINITY, |motions| motions as f64 * in_a_motion * decision.sides as f64);
     // All that was known, done and gained, in 32 bits.
-    let numbers = decision.inputs + decision.spaces.len() + 1;
+    let numbers = decision.known.len() + decision.spaces.len() + 1;
     let bytes = made.min(learner.replay as f64) * 4.0 * numbers as f64;
     let gigabytes = bytes / 1e9;
     (bytes > MUCH).then(|| format!("; the replay buffer of the learner takes up to {gigabytes:.1} GB, in memory and in each checkpoint (`replay` limits it)"))

@@ -18,7 +18,7 @@ use crate::simulate::Unfit;
 const WEIGHTS: (f64, f64) = (-GREATEST as f64, GREATEST as f64);
 
 /// What a policy knows is held within these ends.
-const INPUT_LIMIT: f64 = 10.0;
+pub const INPUT_LIMIT: f64 = 10.0;
 
 /// The most values that a search varies: a checkpoint and a saved design hold them all.
 const MOST_VALUES: usize = 20_000;
@@ -64,8 +64,8 @@ pub struct Decision<'r> {
     pub policy: &'r Policy,
     /// How many sides the robot has for which it decides, one after the other, by the same weights.
     pub sides: usize,
-    /// How many numbers it knows for a side.
-    pub inputs: usize,
+    /// What it knows for the first side, in the order of its inputs.
+    pub known: Vec<&'r Expr>,
     /// What it decides for a side, in the order of its outputs.
     pub spaces: Vec<&'r ActionSpace>,
     /// How many control intervals lie between two decisions.
@@ -262,12 +262,14 @@ impl<'r> Drive<'r> {
     #[must_use]
     pub fn decision(&self) -> Option<Decision<'r>> {
         let [policy] = self.policies.as_slice() else { return None };
-        let actions = |own| self.actions_of(own, policy.name).map(|(_, action)| &action.space);
+        let first = policy.sides.first()?;
+        let actions = |actuator| self.actions_of(actuator, policy.name).map(|(_, action)| action);
+        let of_actuators = first.known().flat_map(actions).flat_map(|action| &action.inputs);
         Some(Decision {
             policy: policy.declared,
             sides: policy.sides.len(),
-            inputs: policy.network.inputs(),
-            spaces: policy.sides.first()?.own.iter().flat_map(|own| actions(*own)).collect(),
+            known: policy.declared.known().chain(of_actuators).collect(),
+            spaces: first.own.iter().flat_map(|own| actions(*own)).map(|action| &action.space).collect(),
             pace: policy.pace(self.task.model.control),
         })
     }

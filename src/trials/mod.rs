@@ -13,9 +13,9 @@ mod immobile;
 mod loads;
 mod mirrored;
 mod passive;
+mod policies;
 mod prices;
 mod reversals;
-mod rewards;
 mod scales;
 mod variables;
 mod waiting;
@@ -174,7 +174,7 @@ impl<'r> Trials<'r> {
             found.extend(scales::check(self));
             found.extend(prices::check(self));
             found.extend(immobile::check(self));
-            found.extend(rewards::check(self));
+            found.extend(policies::check(self));
         }
         found
     }

@@ -61,12 +61,18 @@ impl<'r> Method<'r> {
         match self {
             Self::ActorCritic(own) => {
                 let actions = decision.spaces.len();
-                let agent = learn::ActorCritic::new(decision.inputs, hidden, actions, &own.critic, random);
+                let agent =
+                    learn::ActorCritic::new(decision.known.len(), hidden, actions, &own.critic, random);
                 Agent::ActorCritic(Box::new(agent))
             }
             Self::QLearning(_) => {
                 let values = decision.spaces.iter().map(|space| space.outputs()).collect();
-                Agent::QLearning(Box::new(learn::QLearning::new(decision.inputs, hidden, values, random)))
+                Agent::QLearning(Box::new(learn::QLearning::new(
+                    decision.known.len(),
+                    hidden,
+                    values,
+                    random,
+                )))
             }
         }
     }
