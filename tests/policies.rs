@@ -288,7 +288,7 @@ fn rewards_read_two_decisions() {
         fn gain(&mut self, reward: f64) {
             self.0.push(reward);
         }
-        fn decide(&mut self, known: &[f64]) -> Vec<f64> {
+        fn decide(&mut self, _: usize, known: &[f64]) -> Vec<f64> {
             self.1 += 1;
             assert!(known.iter().all(|x| x.abs() <= 10.0));
             // The first actuator bends, the other does not.
