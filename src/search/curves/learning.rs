@@ -21,6 +21,9 @@ const NEAR_THE_END: f64 = 0.999;
 /// More motions than this of one iteration are not kept in memory at once.
 const MOST: usize = 1000;
 
+/// What is remembered of a motion: an episode for each side of the robot.
+type Sides = Vec<Episode>;
+
 /// What learns.
 #[derive(Clone, Copy)]
 pub(super) enum Method<'r> {
@@ -126,7 +129,7 @@ struct Exploring<'a> {
     /// How likely an action is drawn evenly.
     chance: f64,
     random: Stream,
-    episodes: Vec<Episode>,
+    episodes: Sides,
 }
 
 impl Explorer for Exploring<'_> {
@@ -167,7 +170,7 @@ impl Explorer for Exploring<'_> {
 
 impl Exploring<'_> {
     /// What is remembered: nothing was gained yet by the last decision.
-    fn remembered(mut self) -> Vec<Episode> {
+    fn remembered(mut self) -> Sides {
         let actions = self.values.len();
         self.episodes.iter_mut().for_each(|episode| episode.done.truncate(episode.gained.len() * actions));
         self.episodes
@@ -300,7 +303,7 @@ impl Tuner<'_> {
         state: &Learning,
         motions: usize,
         (chance, in_worlds): (f64, bool),
-    ) -> Result<Option<Vec<Result<Vec<Episode>, Missing>>>, Failure> {
+    ) -> Result<Option<Vec<Result<Sides, Missing>>>, Failure> {
         let Some(decision) = self.evaluator.drive.decision() else { return Ok(Some(Vec::new())) };
         let values = |space: &&ActionSpace| match space {
             ActionSpace::Continuous(..) => None,
