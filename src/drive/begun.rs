@@ -9,7 +9,7 @@ use grammar_lang::eval::{EvalError, MOST_OPERATIONS};
 use grammar_lang::ir::{RuleSet, Symmetry};
 use grammar_lang::source::{FileId, SourceMap, Span};
 
-use super::policies::Untunable;
+use super::untunable::Untunable;
 use super::{Drive, uneven};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation, check_begun, run_example};

@@ -18,9 +18,11 @@ mod policies;
 mod remembered;
 mod scope;
 mod shares;
+mod sides;
 mod signals;
 mod traced;
 mod uneven;
+mod untunable;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;

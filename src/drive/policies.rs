@@ -2,50 +2,20 @@
 
 use grammar_lang::eval::{EvalError, Value, evaluate};
 use grammar_lang::ir::{
-    Action, ActionSpace, Actuation, Bound, CurveMethod, Expr, ExprKind, Kernel, Mutation, Owner, Policy, Ty,
-    Variable,
+    Action, ActionSpace, Actuation, Bound, Expr, ExprKind, Kernel, Mutation, Owner, Policy, Ty, Variable,
 };
-use grammar_lang::source::Span;
 
 use super::network::Network;
 use super::scope::DriveScope;
+use super::sides::Side;
 use super::{Drive, Field, Holder};
-use crate::design::PartId;
 use crate::learn::GREATEST;
-use crate::simulate::Unfit;
 
 /// Weights lie within these ends. They are drawn with a deviation of 1.
 const WEIGHTS: (f64, f64) = (-GREATEST as f64, GREATEST as f64);
 
 /// What a policy knows is held within these ends.
 pub const INPUT_LIMIT: f64 = 10.0;
-
-/// The most values that a search varies: a checkpoint and a saved design hold them all.
-const MOST_VALUES: usize = 20_000;
-/// The same where `cma_es` tunes them: its covariance has a number for each pair, and each generation takes its Cholesky factor.
-const MOST_BY_CMA_ES: usize = 1500;
-
-/// Why what is varied of a body cannot be tuned.
-#[derive(Clone, Debug)]
-pub(super) enum Untunable<'r> {
-    /// There are more values than its search can tune.
-    TooMany {
-        /// What has the most of them.
-        name: &'r str,
-        span: Span,
-        /// How many there are in all, and how many may be.
-        values: usize,
-        most: usize,
-    },
-    /// A policy has two sides, and an actuator is on neither.
-    OnNoSide {
-        /// The policy.
-        name: &'r str,
-        span: Span,
-        /// The kind of the actuator.
-        kind: String,
-    },
-}
 
 /// Who asks a network: a policy by its number, for one side of the robot.
 #[derive(Clone, Copy, Debug)]
@@ -75,28 +45,12 @@ pub struct Decision<'r> {
 /// A policy with the network that it needs for a body.
 #[derive(Clone, Debug)]
 pub(super) struct PolicyNetwork<'r> {
-    name: &'r str,
+    pub(super) name: &'r str,
     declared: &'r Policy,
     sides: Vec<Side>,
     network: Network,
     /// Its weights, as what the search varies.
     pub(super) weights: Variable,
-}
-
-/// A side of the robot, or all of it.
-#[derive(Clone, Debug, Default)]
-struct Side {
-    /// The actuators for which is decided, by their places.
-    own: Vec<usize>,
-    /// The images of these, in the same order.
-    others: Vec<usize>,
-}
-
-impl Side {
-    /// The actuators of which something is known, in this order.
-    fn known(&self) -> impl Iterator<Item = usize> {
-        self.own.iter().chain(&self.others).copied()
-    }
 }
 
 impl PolicyNetwork<'_> {
@@ -154,90 +108,8 @@ impl<'r> Drive<'r> {
         }
     }
 
-    /// The sides of the robot for which a policy decides: all of it, or the originals and their images in the mirror.
-    fn sides(&self, name: &str, policy: &Policy) -> Vec<Side> {
-        let is_decided = |place: &usize| self.actions_of(*place, name).next().is_some();
-        let all = || (0..self.actuators.len()).filter(is_decided);
-        if policy.mirrored.is_none() {
-            return vec![Side { own: all().collect(), others: Vec::new() }];
-        }
-        let mut side = Side::default();
-        for place in all().filter(|place| self.original(*place).is_none()) {
-            let images =
-                all().filter(|other| self.original(*other) == self.actuators.get(place).map(|own| own.id));
-            if let [image] = images.collect::<Vec<_>>()[..] {
-                side.own.push(place);
-                side.others.push(image);
-            }
-        }
-        let other = Side { own: side.others.clone(), others: side.own.clone() };
-        vec![side, other]
-    }
-
-    /// What an actuator is an image of.
-    fn original(&self, place: usize) -> Option<PartId> {
-        self.candidate.derivation.design.parts.get(&self.actuators.get(place)?.id)?.image_of
-    }
-
-    /// Why a search cannot tune all that is varied of this body, if it cannot.
-    #[must_use]
-    pub fn unfit(&self) -> Option<Unfit> {
-        let reason = match self.untunable()? {
-            Untunable::TooMany { name, values, most, .. } => format!(
-                "{values} values are varied for this body, most of them for `{name}`, and its search tunes at most {most}"
-            ),
-            Untunable::OnNoSide { name, kind, .. } => format!(
-                "the policy `{name}` has `mirrored` inputs, so that it decides for two sides of the robot, but a `{kind}` of this body has no mirror image"
-            ),
-        };
-        Some(Unfit { reason })
-    }
-
-    /// Why a search cannot tune all that is varied of this body, if it cannot, and where that is written.
-    pub(super) fn untunable(&self) -> Option<Untunable<'r>> {
-        self.on_no_side().or_else(|| self.too_many_values())
-    }
-
-    /// An actuator for which a policy of two sides decides, and which is on neither.
-    fn on_no_side(&self) -> Option<Untunable<'r>> {
-        for (name, policy) in
-            self.candidate.rules.policies.iter().filter(|(_, policy)| policy.mirrored.is_some())
-        {
-            let sides = self.sides(name, policy);
-            for (place, driven) in self.actuators.iter().enumerate() {
-                let is_decided = self.actions_of(place, name).next().is_some();
-                if is_decided && !sides.iter().any(|side| side.own.contains(&place)) {
-                    let kind = self.candidate.derivation.design.parts.get(&driven.id)?.kind.clone();
-                    return Some(Untunable::OnNoSide { name, span: policy.span, kind });
-                }
-            }
-        }
-        None
-    }
-
-    /// What has the most values, if there are more for this body than its search can tune.
-    fn too_many_values(&self) -> Option<Untunable<'r>> {
-        let rules = self.candidate.rules;
-        let curves = rules.search.curves.as_ref();
-        let is_cma_es = curves.is_some_and(|curves| matches!(curves.method, CurveMethod::CmaEs(_)));
-        let most = if is_cma_es { MOST_BY_CMA_ES } else { MOST_VALUES };
-        if self.length <= most {
-            return None;
-        }
-        let large = self.policies.iter().max_by_key(|policy| policy.network.weights());
-        let (name, span) = match large {
-            Some(policy) => (policy.name, policy.declared.span),
-            None => {
-                let (_, actuation) = self.actuations.first()?;
-                let largest = actuation.variables.iter().max_by_key(|variable| variable.size)?;
-                (largest.name.as_str(), largest.span)
-            }
-        };
-        Some(Untunable::TooMany { name, span, values: self.length, most })
-    }
-
     /// The actions of an actuator that a policy decides, with their places among all of its actuation.
-    fn actions_of<'a>(
+    pub(super) fn actions_of<'a>(
         &self,
         actuator: usize,
         policy: &'a str,

@@ -20,6 +20,7 @@ mod evaluator;
 mod fidelity;
 mod gains;
 mod learned;
+mod observer;
 mod schedule;
 mod state;
 mod tally;
@@ -31,10 +32,11 @@ use grammar_lang::eval::EvalError;
 use grammar_lang::ir::Direction;
 
 pub(crate) use bodies::front::hypervolume;
-pub use bodies::{Observer, Outcome, Row, go_on, run, tune_body};
+pub use bodies::{go_on, run, tune_body};
 pub use crew::{Jobs, Threads};
 pub use evaluator::{settings, solver, unfit};
 pub use learned::Learned;
+pub use observer::{Observer, Outcome, Row};
 pub use state::{Best, State, Tune};
 pub use tally::Tally;
 

@@ -17,7 +17,7 @@ const MOMENTS: u32 = 20;
 
 pub(super) fn check(trials: &Trials<'_>) -> Option<Diagnostic> {
     let objective = &trials.trials.first()?.drive.task().objective;
-    let mut moved = 0;
+    let mut still = 0;
     for (_, _, motion) in trials.motions() {
         let bent = motion.bends.iter().fold(0.0_f64, |most, bend| most.max(bend.abs()));
         let at = |moment: u32| {
@@ -28,16 +28,16 @@ pub(super) fn check(trials: &Trials<'_>) -> Option<Diagnostic> {
         if bent < BENT || (1..=MOMENTS).filter_map(at).any(|now| (now - start).norm() > LITTLE) {
             return None;
         }
-        moved += 1;
+        still += 1;
     }
     // What holds still on purpose is judged by something else: by what the tip of an arm does.
     let values = trials.values(&objective.value);
     let greatest = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     let is_little =
         objective.direction == Direction::Maximize && greatest * unit_of_length(&objective.value)? <= LITTLE;
-    (moved >= ENOUGH && values.len() == moved && is_little).then(|| {
+    (still >= ENOUGH && values.len() == still && is_little).then(|| {
         odd(objective.value.span, "no short motion moves the core".to_owned())
-            .label(format!("by more than 0.1 mm in any of {moved} motions, although actuators bend"))
+            .label(format!("by more than 0.1 mm in any of {still} motions, although actuators bend"))
             .help("do the legs reach the ground when they bend? `turned` and the sign of the bend choose the side; `sgc view` shows the motion")
     })
 }
