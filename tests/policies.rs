@@ -186,7 +186,8 @@ fn what_is_learned_is_repeatable() {
     {
         let folder = tempfile::tempdir().unwrap();
         let grammar = folder.path().join("own.sgr");
-        let of_both = if sides == 2 { "policy brain { mirrored = []" } else { "policy brain {" };
+        let of_both =
+            if sides == 2 { "policy brain { mirrored = [sin(t / 1 s * 360 deg)]" } else { "policy brain {" };
         std::fs::write(&grammar, learner_by(method).replace("policy brain {", of_both)).unwrap();
         let run = |name: &str, jobs: &str| {
             let out = folder.path().join(name);

@@ -151,27 +151,32 @@ fn refine_ranks_the_designs_of_runs_by_their_values_with_rods() {
         assert!(rods(row).is_none_or(|value| value == eval(&["--solver", "rod"])), "{table}");
         assert_eq!(row[row.len() - 3].parse::<f64>(), Ok(eval(&[])), "{table}");
     }
-    // A search that asks for all of the value with rods refuses what is worse there, and says so where it begins with it. Here that
-    // is what goes farther.
-    let strict = "use std.objectives { travel, fall }
-        variant strict of \"./short.sgr\" {
-          set recommended.keep_with_rods = 100 %
-          replace minimize travel - fall in cm
-        }";
-    std::fs::write(folder.path().join("strict.sgr"), strict).unwrap();
-    let mut refused = 0;
+    // A search that asks for all of the value with rods refuses what is worse there, and says so where it begins with it.
+    let strict = |direction: &str| {
+        let text = format!(
+            "use std.objectives {{ travel, fall }}
+            variant strict of \"./short.sgr\" {{
+              set recommended.keep_with_rods = 100 %
+              replace {direction} travel - fall in cm
+            }}"
+        );
+        std::fs::write(folder.path().join(format!("{direction}.sgr")), text).unwrap();
+    };
+    strict("maximize");
+    strict("minimize");
     for (row, number) in rows.iter().zip(0..) {
         let Some(with_rods) = rods(row) else { continue };
         let found: f64 = row[row.len() - 3].parse().unwrap();
-        let (design, out) = (row[row.len() - 1], format!("next-{number}"));
-        let run =
-            ["run", "strict.sgr", "--from-design", design, "--max-evals", "10", "--quiet", "--out", &out];
-        let told = said(&sgc(folder.path(), &run))
-            .contains("with soft rods, which is less than `keep_with_rods` requires");
-        assert_eq!(told, with_rods > found, "{with_rods} {found}");
-        refused += u32::from(told);
+        for (direction, is_worse) in [("maximize", with_rods < found), ("minimize", with_rods > found)] {
+            let (grammar, out) = (format!("{direction}.sgr"), format!("{direction}-{number}"));
+            let design = row[row.len() - 1];
+            let run =
+                ["run", &grammar, "--from-design", design, "--max-evals", "10", "--quiet", "--out", &out];
+            let told = said(&sgc(folder.path(), &run))
+                .contains("with soft rods, which is less than `keep_with_rods` requires");
+            assert_eq!(told, is_worse, "{direction}: {with_rods} {found}");
+        }
     }
-    assert!(refused > 0, "{table}");
     let none = sgc(folder.path(), &["refine", "short.sgr"]);
     assert_eq!(none.status.code(), Some(2), "{}", said(&none));
 }

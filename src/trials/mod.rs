@@ -60,12 +60,19 @@ struct Moved<'r> {
     motion: Result<Motion, Invalid>,
 }
 
+/// The text that is checked.
+#[derive(Clone, Copy)]
+struct Text {
+    entry: FileId,
+    /// Whether the grammar is a variant of what the text declares first, which may leave something of the text without effect.
+    is_varied: bool,
+}
+
 /// The motions of one task.
 struct Trials<'r> {
     /// The rules with tasks of their whole time.
     whole: &'r RuleSet,
-    /// The text that declares the grammar; none of a variant of what the text declares first, which may leave something without effect.
-    own: Option<FileId>,
+    text: Text,
     /// How many operations may still be taken.
     operations: Arc<AtomicU64>,
     trials: Vec<Trial<'r>>,
@@ -84,8 +91,8 @@ pub fn check_motions(compiled: &Compiled, entry: FileId, sources: &SourceMap) ->
             found.extend(walks.found);
             // What else is odd may make motions odd, too: it is told alone.
             if compiled.told(found.iter().cloned()).is_empty() {
-                let own = (!compiled.is_varied()).then_some(entry);
-                found.extend(check_short(rules, own, walks.ends));
+                let text = Text { entry, is_varied: compiled.is_varied() };
+                found.extend(check_short(rules, text, walks.ends));
             }
         }
     }
@@ -93,7 +100,7 @@ pub fn check_motions(compiled: &Compiled, entry: FileId, sources: &SourceMap) ->
 }
 
 /// What is odd in all motions of a task.
-fn check_short(rules: &RuleSet, own: Option<FileId>, ends: Vec<Derivation>) -> Vec<Diagnostic> {
+fn check_short(rules: &RuleSet, text: Text, ends: Vec<Derivation>) -> Vec<Diagnostic> {
     if rules.lattice.is_some() {
         return Vec::new();
     }
@@ -109,7 +116,7 @@ fn check_short(rules: &RuleSet, own: Option<FileId>, ends: Vec<Derivation>) -> V
     let mut found: Vec<Diagnostic> = Vec::new();
     let mut left = (EFFORT, Arc::new(AtomicU64::new(OPERATIONS)));
     for task in short.tasks.keys() {
-        let Some(trials) = Trials::of((rules, &short), own, task, &bodies, &mut left) else { continue };
+        let Some(trials) = Trials::of((rules, &short), text, task, &bodies, &mut left) else { continue };
         for told in trials.odd() {
             if found.iter().all(|known| known.span() != told.span()) {
                 found.push(told);
@@ -123,7 +130,7 @@ impl<'r> Trials<'r> {
     /// The motions of a task; none if they take more than is left.
     fn of(
         (whole, rules): (&'r RuleSet, &'r RuleSet),
-        own: Option<FileId>,
+        text: Text,
         task: &str,
         bodies: &[Derivation],
         (effort, operations): &mut (f64, Arc<AtomicU64>),
@@ -147,7 +154,7 @@ impl<'r> Trials<'r> {
             *effort -= takes;
             trials.push(Trial::of(&candidate, task, operations, &settings, draws)?);
         }
-        (!trials.is_empty()).then_some(Self { whole, own, operations: Arc::clone(operations), trials })
+        (!trials.is_empty()).then_some(Self { whole, text, operations: Arc::clone(operations), trials })
     }
 
     fn odd(&self) -> Vec<Diagnostic> {

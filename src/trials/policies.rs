@@ -2,6 +2,7 @@
 
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::ir::{Direction, Expr, ExprKind, Ty};
+use grammar_lang::source::FileId;
 
 use super::{Trial, Trials, odd};
 use crate::derive::random::Stream;
@@ -83,11 +84,11 @@ pub(super) fn check(trials: &Trials<'_>) -> Option<Diagnostic> {
     let trial = trials.trials.first()?;
     trial.drive.decision()?;
     let explored = Explored::of(trial)?;
-    input(trial, &explored.inputs).or_else(|| reward(trial, &explored.pairs))
+    input(trial, trials.text.entry, &explored.inputs).or_else(|| reward(trial, &explored.pairs))
 }
 
 /// An input of a policy that is nearly the same, or cut off, at all decisions.
-fn input(trial: &Trial<'_>, inputs: &[Seen]) -> Option<Diagnostic> {
+fn input(trial: &Trial<'_>, entry: FileId, inputs: &[Seen]) -> Option<Diagnostic> {
     let known = trial.drive.decision()?.known;
     let reads = |e: &Expr| e.any(&mut |e| matches!(e.kind, ExprKind::Sensor(..)));
     // Whether a foot touches the ground may be the same for a while.
@@ -103,7 +104,8 @@ fn input(trial: &Trial<'_>, inputs: &[Seen]) -> Option<Diagnostic> {
                 "divide it by a usual value, so that the number lies near -1 .. 1: `bent(a) / 60 deg`, `speed / (10 cm/s)`",
             ));
         }
-        if seen.most - seen.least < STEADY {
+        // A policy from another file may suit other bodies.
+        if seen.most - seen.least < STEADY && input.span.file == entry {
             let message = "this input of the policy hardly changes".to_owned();
             return Some(odd(input.span, message).label(format!("from {:.4} to {:.4} {short}", seen.least, seen.most)).help(
                 "does the sensor read the right axis and part? Divide by a usual value, so that the number lies near -1 .. 1",

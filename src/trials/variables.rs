@@ -29,7 +29,7 @@ pub(super) fn check(trials: &Trials<'_>) -> Vec<Diagnostic> {
     }
     // An actuation that is imported may have a variable for bodies of another kind.
     let idle = kinds.into_iter().filter(|((_, span), tries)| {
-        trials.own == Some(span.file) && tries.is_some_and(|tries| tries >= ENOUGH)
+        !trials.text.is_varied && trials.text.entry == span.file && tries.is_some_and(|tries| tries >= ENOUGH)
     });
     let told = |((name, span), _): ((String, Span), _)| {
         odd(span, format!("the variable `{name}` changes nothing"))
