@@ -32,6 +32,8 @@ const WORK: &str = "half the step (energy)";
 const WORK_OF_EIGHTH: &str = "an eighth of the step (energy)";
 /// Less work in a motion, J, is as good as none.
 const NO_WORK: f64 = 1e-3;
+/// Ratios of less work than this, J, say nothing: so much lifts ten grams by a tenth of a millimetre.
+const NO_RATIO: f64 = 1e-5;
 const RAPIER: &str = SolverName::Rapier.text();
 
 /// Adds what a final best is checked with: half the step, where the search had no need to, an eighth of it, the opinion of
@@ -300,7 +302,7 @@ fn in_worlds(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Opti
 fn work(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Check {
     let at = |precision| -> Result<f64, DesignError> {
         let motion = Driven::new(candidate, saved, precision)?.motion(how.solver, how.stop)??;
-        Ok(motion.work.iter().sum::<f64>().max(NO_WORK))
+        Ok(motion.work.iter().sum::<f64>().max(NO_RATIO))
     };
     let compared = || -> Result<(f64, f64), DesignError> {
         let own = at(Precision::Model)?;

@@ -12,6 +12,8 @@ use super::known::Known;
 const TINY: f64 = 1e-3;
 /// A Bool that changes more often than this changes in nearly every move.
 const OFTEN: f64 = 0.9;
+/// One that changes less often hardly ever does.
+const SELDOM: f64 = 1e-3;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (rule, locals) in known.rules() {
@@ -22,7 +24,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for variable in known.ruleset.actuations.values().flat_map(|a| &a.variables) {
         findings.extend(asks.probability(&variable.mutation.probability));
         findings.extend(match &variable.mutation.kernel {
-            Kernel::Flip => asks.always_flips(variable),
+            Kernel::Flip => asks.always_flips(variable).or_else(|| asks.never_flips(variable)),
             Kernel::Normal(mean, deviation) => asks
                 .deviation(deviation)
                 .or_else(|| asks.beyond(variable, deviation))
@@ -110,6 +112,20 @@ impl Asks<'_> {
                 format!("nearly every move inverts `{}`", variable.name),
             )
             .label("so that no move keeps it and changes something else")
+            .help("a usual probability is 10 %: write `flip 0.1`")
+        })
+    }
+
+    /// A Bool that hardly any change inverts.
+    fn never_flips(&mut self, variable: &Variable) -> Option<Diagnostic> {
+        let chance = &variable.mutation.probability;
+        (self.numbers(chance).high < SELDOM).then(|| {
+            Diagnostic::new(
+                Code::UNUSUAL,
+                chance.span,
+                format!("hardly any move inverts `{}`", variable.name),
+            )
+            .label("less than one move of a thousand")
             .help("a usual probability is 10 %: write `flip 0.1`")
         })
     }

@@ -49,6 +49,7 @@ mod no_value;
 mod noise;
 mod nothing_drawn;
 mod nothing_to_search;
+mod odd_angles;
 mod odd_axle;
 mod odd_search;
 mod odd_size;
@@ -75,6 +76,7 @@ mod stops_at_once;
 mod thick;
 mod too_strong;
 mod twice_in_set;
+mod uneven_thread;
 mod unmade;
 mod unread;
 mod unusual;
@@ -154,6 +156,8 @@ const DOUBTFUL: &[Lint] = &[
     no_spread::check,
     periods::check,
     little_turn::check,
+    uneven_thread::check,
+    odd_angles::check,
     constant_aim::check,
     over_nothing::check,
     stops_at_once::check,

@@ -38,7 +38,7 @@ const fn usual(
 /// hypertextbook.com/facts/2006/MatthewMichaels.shtml).
 /// Nothing that robots are made of is softer, Pa: the softest gels have some kPa.
 const SOFTEST: f64 = 4e3;
-const FRICTION: (f64, f64) = (0.0, 3.0);
+const FRICTION: (f64, f64) = (0.01, 3.0);
 /// Most slabstock foams have 12 to 40 kg/m^3 ("Handbook of Polymer Foams", 5.6.1), osmium has 22.59 g/cm^3 (Guinness World Records,
 /// "Densest naturally occurring element").
 const DENSITY: (f64, f64) = (0.01, 23.0);
@@ -105,8 +105,8 @@ pub const USUAL: &[Usual] = &[
     usual("a model", "pace_limit", (0.005, 10.0), "m/s", "a snail and a sprinter"),
     usual("a supply", "pressure", (0.02, 12.0), "bar", "a balloon and a workshop's compressor"),
     usual("a supply", "full", (0.01, 12.0), "bar", "a balloon and a workshop's compressor"),
-    usual("a supply", "line", (0.1, 1e5), "cm^3/s/bar", "a hair-thin tube and a garden hose"),
-    usual("a supply", "valve", (0.1, 1e5), "cm^3/s/bar", "a hair-thin tube and a garden hose"),
+    usual("a supply", "line", (0.1, 1e4), "cm^3/s/bar", "a hair-thin tube and a garden hose"),
+    usual("a supply", "valve", (0.1, 1e4), "cm^3/s/bar", "a hair-thin tube and a garden hose"),
     usual("a target", "shortest", (1.0, 1000.0), "ms", "a piezo valve and a motor valve"),
     usual("a target", "wheel", (1.0, 60.0), "mm", "a servo's shaft and a saucer"),
     usual("a target", "servo_speed", (30.0, 3000.0), "deg/s", "a slow winch and a fast servo"),
@@ -137,8 +137,8 @@ impl Declarations<'_> {
     /// Warns where a field, which comes to `value` (SI), lies beyond what is usual.
     pub(super) fn usual(&mut self, of: &str, field: &str, value: f64, tree: &ast::Expr) {
         let Some(usual) = usual_of(of, field) else { return };
-        // What swings freely has no spring.
-        if value == 0.0 && of.starts_with("a passive row") {
+        // What swings freely has no spring, and no friction at all is meant.
+        if value == 0.0 && (of.starts_with("a passive row") || field == "friction") {
             return;
         }
         let size = unit(usual.unit);
