@@ -119,7 +119,9 @@ impl Asks<'_> {
     /// A Bool that hardly any change inverts.
     fn never_flips(&mut self, variable: &Variable) -> Option<Diagnostic> {
         let chance = &variable.mutation.probability;
-        (self.numbers(chance).high < SELDOM).then(|| {
+        // Never at all is told as what never changes.
+        let most = self.numbers(chance).high;
+        (most > 0.0 && most < SELDOM).then(|| {
             Diagnostic::new(
                 Code::UNUSUAL,
                 chance.span,
