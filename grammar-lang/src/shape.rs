@@ -112,16 +112,21 @@ impl Shape {
     /// Whether a point of its own frame is within it, or no farther outside than this along one of its sizes, m.
     #[must_use]
     pub fn holds(&self, point: &Point3<f64>, slack: f64) -> bool {
-        let near = |at: f64, half: f64| at.abs() <= half + slack;
+        self.inset(point) >= -slack
+    }
+
+    /// How far a point of its own frame is within it along that of its sizes where this is least, m; negative outside.
+    #[must_use]
+    pub fn inset(&self, point: &Point3<f64>) -> f64 {
         match *self {
-            Self::Box { half } => near(point.x, half.x) && near(point.y, half.y) && near(point.z, half.z),
-            Self::Ball { radius } => near(point.coords.norm(), radius),
+            Self::Box { half } => (half - point.coords.abs()).min(),
+            Self::Ball { radius } => radius - point.coords.norm(),
             Self::Cylinder { radius, half_length } => {
-                near(point.x, half_length) && near(libm::hypot(point.y, point.z), radius)
+                (half_length - point.x.abs()).min(radius - libm::hypot(point.y, point.z))
             }
             Self::Capsule { radius, half_straight } => {
                 let beyond = (point.x.abs() - half_straight).max(0.0);
-                near(Vector3::new(beyond, point.y, point.z).norm(), radius)
+                radius - Vector3::new(beyond, point.y, point.z).norm()
             }
         }
     }

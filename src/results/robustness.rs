@@ -14,7 +14,7 @@ use crate::derive::Candidate;
 use crate::scenarios::{self, Scenario};
 use crate::score::{self, Recording};
 use crate::search::{self, NOTHING, keeps};
-use crate::simulate::{Invalid, SolverName, Stop, rod};
+use crate::simulate::{Invalid, Motion, SolverName, Stop, rod};
 
 /// What keeps its value at half the step may still live on an error that is slow to show.
 const EIGHTH: &str = "an eighth of the step, finer contacts";
@@ -125,7 +125,7 @@ fn of_all(
         };
         let is_unable = |task: &ReplayedTask| {
             matches!(task.motion, Err(Invalid::BeyondLimits | Invalid::Unfit))
-                || name == RAPIER && task.motion.as_ref().is_ok_and(|motion| motion.depth() > 0.0)
+                || name == RAPIER && task.motion.as_ref().is_ok_and(|motion| Soft::of(motion).is_some())
         };
         if replayed.tasks.iter().any(is_unable) {
             return None;
@@ -167,10 +167,10 @@ fn opinions(candidate: &Candidate<'_>, saved: &SavedTask, model: How<'_>) -> Vec
                     Measured::Unable
                 }
                 // Its contacts are soft: what stands on little feet may sink, and is stuck there.
-                Ok(Ok((value, depth))) if name == RAPIER && *depth > 0.0 => {
+                Ok(Ok((value, Some(Soft { measured, depth })))) => {
                     let own = Check::new(name, Measured::Value, Ok(*value));
                     let agrees = verdict(candidate.rules, saved, &own) == Verdict::Confirmed;
-                    return if agrees { own } else { Check::new(name, Measured::Sunk, Ok(*depth)) };
+                    return if agrees { own } else { Check::new(name, *measured, Ok(*depth)) };
                 }
                 _ => Measured::Value,
             };
@@ -183,12 +183,28 @@ fn opinions(candidate: &Candidate<'_>, saved: &SavedTask, model: How<'_>) -> Vec
     checks
 }
 
-/// The value in the nominal world, and how far the centre of an element gets below the floor, m; zero if none does.
+/// What soft contacts let happen.
+struct Soft {
+    measured: Measured,
+    /// m.
+    depth: f64,
+}
+
+impl Soft {
+    /// How far the centre of an element gets below the floor, or into another one.
+    fn of(motion: &Motion) -> Option<Self> {
+        let both = [(Measured::Sunk, motion.depth()), (Measured::Interlocked, motion.interlocked())];
+        let found = both.into_iter().find(|(_, depth)| *depth > 0.0);
+        found.map(|(measured, depth)| Self { measured, depth })
+    }
+}
+
+/// The value in the nominal world, and what the soft contacts of rapier let happen.
 fn opinion(
     candidate: &Candidate<'_>,
     saved: &SavedTask,
     how: How<'_>,
-) -> Result<Result<(f64, f64), Invalid>, DesignError> {
+) -> Result<Result<(f64, Option<Soft>), Invalid>, DesignError> {
     let driven = Driven::new(candidate, saved, how.precision)?;
     let nominal = Scenario::nominal();
     let motion = match driven.motion_in(&nominal, how.solver, how.stop)? {
@@ -196,7 +212,8 @@ fn opinion(
         Err(why) => return Ok(Err(why)),
     };
     let value = score::objective(driven.recording(&motion, Some(&nominal)))?;
-    Ok(Ok((value, motion.depth())))
+    let soft = if how.solver == RAPIER { Soft::of(&motion) } else { None };
+    Ok(Ok((value, soft)))
 }
 
 /// The value of curves in the nominal world, in words.

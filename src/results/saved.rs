@@ -101,6 +101,8 @@ pub enum Measured {
     Unable,
     /// How far the centre of an element sinks below the floor, m: what comes of such a motion says nothing.
     Sunk,
+    /// The same of an element that gets inside another one.
+    Interlocked,
 }
 
 impl Measured {

@@ -76,7 +76,7 @@ pub(super) fn works_alike(times: f64) -> bool {
 /// What a cross-check says of the value of a task. Both must be as good as the share of the other that the search asks for.
 #[must_use]
 pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
-    if matches!(check.measured, Measured::Unable | Measured::Sunk) {
+    if matches!(check.measured, Measured::Unable | Measured::Sunk | Measured::Interlocked) {
         return Verdict::Silent;
     }
     let Some((task, other)) = rules.tasks.get(&saved.name).zip(check.value) else { return Verdict::Refuted };
@@ -104,7 +104,7 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
         Measured::Value | Measured::InWorlds => {
             compared(direction, at_rest, share, (value, other), noise(task, objective, saved))
         }
-        Measured::Unable | Measured::Sunk => Verdict::Silent,
+        Measured::Unable | Measured::Sunk | Measured::Interlocked => Verdict::Silent,
     }
 }
 
@@ -238,6 +238,12 @@ pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: 
             let depth = describe::quantity(1000.0 * depth.unwrap_or(0.0), "mm");
             format!(
                 "no second opinion: its floor is soft, and an element sinks in to {depth} below its centre"
+            )
+        }
+        (depth, Measured::Interlocked) => {
+            let depth = describe::quantity(1000.0 * depth.unwrap_or(0.0), "mm");
+            format!(
+                "no second opinion: its contacts are soft, and the centre of an element gets {depth} into another one"
             )
         }
         (None, _) => check.why.clone().unwrap_or_else(|| "the motion is not valid".to_owned()),

@@ -108,6 +108,8 @@ impl Placement {
 
 /// What lasts for one frame in so many has lasted.
 const SUNK: usize = 10;
+/// So many frames tell for how long something lasts.
+const SOME: usize = 200;
 
 /// A recorded motion: the pose of every body at equal intervals, from which
 /// the pose of any element at any time follows.
@@ -214,9 +216,35 @@ impl Motion {
             let poses = (0..self.placements.len()).filter_map(|element| self.pose(element, self.time(frame)));
             poses.map(|pose| -pose.translation.y).fold(0.0, f64::max)
         };
-        let mut depths: Vec<f64> = (0..self.frames()).map(deepest).collect();
-        depths.sort_by(|a, b| b.total_cmp(a));
-        depths.get(depths.len().saturating_sub(1) / SUNK).copied().unwrap_or(0.0)
+        for_long((0..self.frames()).map(deepest).collect())
+    }
+
+    /// How far the centre of an element is inside another one, m, in a tenth of the recorded frames or more; zero if none is so long. What
+    /// overlaps so far at the beginning is meant.
+    #[must_use]
+    pub fn interlocked(&self) -> f64 {
+        let placed = |frame: usize| -> Vec<(Isometry3<f64>, &Shape)> {
+            let time = self.time(frame);
+            let placements = self.placements.iter().enumerate();
+            placements.filter_map(|(element, own)| Some((self.pose(element, time)?, &own.shape))).collect()
+        };
+        let inset = |(one, _): &(Isometry3<f64>, &Shape), (pose, shape): &(Isometry3<f64>, &Shape)| {
+            shape.inset(&pose.inverse_transform_point(&one.translation.vector.into()))
+        };
+        let begun = placed(0);
+        let mut apart: Vec<(usize, usize)> = Vec::new();
+        for (one, a) in begun.iter().enumerate() {
+            let others = begun.iter().enumerate().filter(|(other, b)| *other != one && inset(a, b) <= 0.0);
+            apart.extend(others.map(|(other, _)| (one, other)));
+        }
+        let deepest = |frame: usize| {
+            let now = placed(frame);
+            let pairs = apart.iter().filter_map(|(one, other)| now.get(*one).zip(now.get(*other)));
+            pairs.map(|(one, other)| inset(one, other)).fold(0.0, f64::max)
+        };
+        // All pairs take long: some frames tell enough.
+        let some = self.frames().div_ceil(SOME).max(1);
+        for_long((0..self.frames()).step_by(some).map(deepest).collect())
     }
 
     /// The height in m of the lowest point of an element at time `t`; `None`
@@ -258,6 +286,12 @@ impl Motion {
     pub fn size(&self, element: usize) -> Option<f64> {
         self.placements.get(element).map(|placement| placement.shape.longest())
     }
+}
+
+/// The depth that is reached in a tenth of the frames or more.
+fn for_long(mut depths: Vec<f64>) -> f64 {
+    depths.sort_by(|a, b| b.total_cmp(a));
+    depths.get(depths.len().saturating_sub(1) / SUNK).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -310,6 +344,32 @@ mod tests {
         long.duration = 9.9;
         assert_eq!(long.depth(), 0.0);
     }
+
+    #[test]
+    fn parts_that_flow_through_each_other_are_found() {
+        let ball = || Placement::new(0, Isometry3::identity(), Shape::Ball { radius: 0.01 });
+        let block = |at: f64| {
+            let half = nalgebra::Vector3::new(0.03, 0.02, 0.02);
+            Placement::new(1, Isometry3::translation(at, 0.0, 0.0), Shape::Box { half })
+        };
+        let pressed = |at: f64, way: f64| {
+            let poses = (0..10).flat_map(|frame| {
+                [Isometry3::identity(), Isometry3::translation(-way * f64::from(frame) / 9.0, 0.0, 0.0)]
+            });
+            Motion {
+                bodies: 2,
+                poses: poses.collect(),
+                placements: [ball(), block(at)].into(),
+                ..sinking([0.0; 10])
+            }
+        };
+        // They touch, then the middle of the ball is 8 mm inside the block.
+        assert_eq!(pressed(0.04, 0.009).interlocked(), 0.0);
+        assert!((pressed(0.04, 0.018).interlocked() - 0.008).abs() < 1e-12);
+        // What begins so is meant.
+        assert_eq!(pressed(0.02, 0.01).interlocked(), 0.0);
+    }
+
     #[test]
     fn a_ball_that_swells_on_the_ground_touches_it() {
         let mut swelling = sinking([-0.01; 10]);
