@@ -1,7 +1,7 @@
 //! Policies with actions at random: what they know hardly changes or is cut off, and rewards fall where the objective rises.
 
 use grammar_lang::diagnostics::Diagnostic;
-use grammar_lang::ir::{Direction, Expr, ExprKind, Ty};
+use grammar_lang::ir::{Direction, Expr, ExprKind, Function, Ty};
 use grammar_lang::source::FileId;
 
 use super::{Trial, Trials, odd};
@@ -119,6 +119,10 @@ fn input(trial: &Trial<'_>, entry: FileId, inputs: &[Seen]) -> Option<Diagnostic
 fn reward(trial: &Trial<'_>, pairs: &[(f64, f64)]) -> Option<Diagnostic> {
     let reward = trial.drive.decision()?.policy.reward.as_ref()?;
     let objective = &trial.drive.task().objective;
+    // A distance has no sign: who goes back far is as good.
+    if objective.value.any(&mut |e| matches!(e.kind, ExprKind::Call(Function::Length | Function::Abs, _))) {
+        return None;
+    }
     let sign = match objective.direction {
         Direction::Maximize => 1.0,
         Direction::Minimize => -1.0,

@@ -7,12 +7,14 @@ mod bad_spread;
 mod below;
 mod best_world;
 mod beyond_bend;
+mod both_sides;
 mod circles;
 mod clash;
 mod constant_aim;
 mod constant_if;
 mod constant_requirement;
 mod constant_set;
+mod counted;
 mod counts;
 mod cycles;
 mod empty_choice;
@@ -55,6 +57,7 @@ mod odd_search;
 mod odd_size;
 mod odd_turns;
 mod of_parts;
+mod open_curve;
 mod open_cycle;
 mod other_joint;
 mod out_of_range;
@@ -79,6 +82,7 @@ mod twice_in_set;
 mod uneven_thread;
 mod unmade;
 mod unread;
+mod untuned;
 mod unusual;
 mod weak;
 mod whole_cycles;
@@ -157,6 +161,10 @@ const DOUBTFUL: &[Lint] = &[
     periods::check,
     little_turn::check,
     uneven_thread::check,
+    open_curve::check,
+    untuned::check,
+    both_sides::check,
+    counted::check,
     odd_angles::check,
     constant_aim::check,
     over_nothing::check,

@@ -80,7 +80,7 @@ fn decides_once(known: &Known<'_>, task: &Task) -> Option<Diagnostic> {
     })
 }
 
-/// An actuator that is so slow that it hardly moves in the longest period.
+/// An actuator that is so slow that it hardly moves in a period of middle length.
 fn cannot_follow(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnostic> {
     let &Actuated { kind, actuator, actuation, .. } = actuated;
     let period = period(actuation)?;
@@ -94,12 +94,13 @@ fn cannot_follow(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnosti
         _ => None,
     });
     let fastest = speeds.reduce(f64::max)?;
-    let moved = fastest * period.domain.1 / 2.0;
+    // Half of a period of a middle length.
+    let moved = fastest * (period.domain.0 + period.domain.1) / 4.0;
     let told = |x: f64| shown(x, dimension);
     (moved < HARDLY * (high - low)).then(|| {
         Diagnostic::new(Code::UNUSUAL, period.span, format!("`{kind}` is too slow for these periods"))
             .label(format!(
-                "in half of the longest period, it moves {} of its range of {}",
+                "in half of a period of middle length, it moves {} of its range of {}",
                 told(moved),
                 told(high - low)
             ))
