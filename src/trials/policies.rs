@@ -1,7 +1,7 @@
 //! Policies with actions at random: what they know hardly changes or is cut off, and rewards fall where the objective rises.
 
 use grammar_lang::diagnostics::Diagnostic;
-use grammar_lang::ir::{Direction, Expr, ExprKind, Function, Ty};
+use grammar_lang::ir::{Direction, Expr, ExprKind, Function, RuleSet, Ty};
 use grammar_lang::source::FileId;
 
 use super::{Trial, Trials, odd};
@@ -120,7 +120,7 @@ fn reward(trial: &Trial<'_>, pairs: &[(f64, f64)]) -> Option<Diagnostic> {
     let reward = trial.drive.decision()?.policy.reward.as_ref()?;
     let objective = &trial.drive.task().objective;
     // A distance has no sign: who goes back far is as good.
-    if objective.value.any(&mut |e| matches!(e.kind, ExprKind::Call(Function::Length | Function::Abs, _))) {
+    if reads_distance(trial.drive.candidate().rules, &objective.value) {
         return None;
     }
     let sign = match objective.direction {
@@ -134,6 +134,15 @@ fn reward(trial: &Trial<'_>, pairs: &[(f64, f64)]) -> Option<Diagnostic> {
             .label(format!("so in {} short motions with actions at random", pairs.len()))
             .also(objective.value.span, "of this objective")
             .help("a learner makes the reward large: is it subtracted the wrong way round? The way forward is the later position minus the earlier one")
+    })
+}
+
+/// Whether it, or a term that it reads, is made of distances.
+fn reads_distance(rules: &RuleSet, value: &Expr) -> bool {
+    value.any(&mut |e| match &e.kind {
+        ExprKind::Call(Function::Length | Function::Horizontal | Function::Abs, _) => true,
+        ExprKind::Term(name) => rules.terms.get(name).is_some_and(|term| reads_distance(rules, &term.value)),
+        _ => false,
     })
 }
 

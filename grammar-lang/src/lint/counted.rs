@@ -51,7 +51,9 @@ fn is_sum_over_elements(value: &Expr) -> bool {
     let all = |over: &Expr| matches!(over.kind, ExprKind::Word(Word::Motion(MotionWord::Elements)));
     binders.len() == 1
         && binders.iter().all(|binder| all(&binder.over))
-        && matches!(body.kind, ExprKind::Call(Function::Length | Function::Abs, _))
+        && body.any(&mut |e| {
+            matches!(e.kind, ExprKind::Call(Function::Length | Function::Horizontal | Function::Abs, _))
+        })
 }
 
 fn reads_task(value: &Expr) -> bool {

@@ -82,7 +82,6 @@ mod twice_in_set;
 mod uneven_thread;
 mod unmade;
 mod unread;
-mod untuned;
 mod unusual;
 mod weak;
 mod whole_cycles;
@@ -162,7 +161,6 @@ const DOUBTFUL: &[Lint] = &[
     little_turn::check,
     uneven_thread::check,
     open_curve::check,
-    untuned::check,
     both_sides::check,
     counted::check,
     odd_angles::check,
