@@ -453,7 +453,7 @@ fn a_folder_that_cannot_be_written_is_looked_at_but_not_gone_on_with() {
     let output = guest(&["view", path(&out)]).unwrap();
     assert_code(&output, 0);
     assert!(errors(&output).contains("the page is in the current folder instead"), "{}", errors(&output));
-    assert_eq!(names(&open), ["codesign-2.view.html"]);
+    assert_eq!(names(&open), ["codesign-3.view.html"]);
     // As the message says.
     let again = open.join("again");
     copy(&out, &again);

@@ -104,7 +104,7 @@ impl Exploring<'_, '_, '_> {
             self.before = Some(measured.kept());
         }
         self.moment += 1;
-        self.running.moment_by(measured, &mut |asked, known| deciding.explorer.decide(asked.side, known))
+        self.running.moment_by(measured, &mut |query, known| deciding.explorer.decide(query.side, known))
     }
 }
 

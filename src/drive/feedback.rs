@@ -292,7 +292,7 @@ impl Running<'_> {
             let first = actuation.first_state();
             row.extend((first..first + actuation.states.len()).map(|slot| locals.get(slot).cloned()));
         }
-        self.decide(&mut |asked, known| drive.answer(parameters, asked.policy, known))?;
+        self.decide(&mut |query, known| drive.answer(parameters, query.policy, known))?;
         self.moment += 1;
         let asked = self.commands.iter().zip(&feedback.begun).filter(|(_, begun)| begun.is_some());
         row.extend(asked.map(|(commands, _)| commands.last().copied().map(Value::Number)));
@@ -302,7 +302,7 @@ impl Running<'_> {
     /// Reads all sensors, and finds what each actuator is asked for.
     fn moment(&mut self, measured: &Measured<'_>) -> Result<(), EvalError> {
         let Reaction { drive, parameters, .. } = self.feedback;
-        self.moment_by(measured, &mut |asked, known| drive.answer(parameters, asked.policy, known))
+        self.moment_by(measured, &mut |query, known| drive.answer(parameters, query.policy, known))
     }
 
     /// The same with what something else answers in the place of the networks.

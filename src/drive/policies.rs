@@ -17,15 +17,15 @@ const WEIGHTS: (f64, f64) = (-GREATEST as f64, GREATEST as f64);
 /// What a policy knows is held within these ends.
 pub const INPUT_LIMIT: f64 = 10.0;
 
-/// Who asks a network: a policy by its number, for one side of the robot.
+/// What is asked of a network: what a policy, by its number, decides for one side of the robot.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Asked {
+pub(super) struct Query {
     pub(super) policy: usize,
     pub(super) side: usize,
 }
 
 /// What answers in the place of a network, by what it knows.
-pub(super) type Answer<'a> = dyn FnMut(Asked, &[f64]) -> Vec<f64> + 'a;
+pub(super) type Answer<'a> = dyn FnMut(Query, &[f64]) -> Vec<f64> + 'a;
 
 /// What a policy decides for a body.
 #[derive(Clone, Debug)]
@@ -171,7 +171,7 @@ impl<'r> Drive<'r> {
                 .map(|(side, of)| self.known(policy, (side, of), scope, locals));
             let known: Vec<Vec<f64>> = known.collect::<Result<_, _>>()?;
             for (side, (of, inputs)) in policy.sides.iter().zip(known).enumerate() {
-                let outputs = answer(Asked { policy: number, side }, &inputs);
+                let outputs = answer(Query { policy: number, side }, &inputs);
                 let mut outputs = outputs.as_slice();
                 for actuator in &of.own {
                     for (place, action) in self.actions_of(*actuator, policy.name) {

@@ -130,9 +130,7 @@ fn unusual(field: &str, made: &Made, joint: JointKind) -> Option<(f64, &'static 
     let factor = factor(usual);
     let slack = 1e-9;
     let within = usual.least * factor * (1.0 - slack)..=usual.most * factor * (1.0 + slack);
-    // No friction at all is meant.
-    let is_none = field == "friction" && value == 0.0;
-    (!within.contains(&value) && !is_none).then_some((value, usual))
+    (!within.contains(&value) && !usual.is_meant(value)).then_some((value, usual))
 }
 
 /// How the joints of a kind move; a part that hangs on none is as if it bent.

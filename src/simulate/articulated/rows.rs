@@ -65,8 +65,10 @@ pub(super) struct Rows<S> {
     pub(super) columns: Places<V3<S>>,
     /// The degree of freedom of each column.
     pub(super) dofs: Vec<u32>,
-    /// The speed at which contacts with the ground give way for an impulse of one, and those between two bodies.
-    softness: [S; 2],
+    /// The speed at which contacts with the ground give way for an impulse of one.
+    ground_softness: S,
+    /// The same of contacts between two bodies.
+    pair_softness: S,
     /// Room for eliminating a row: by depth on its path, or by degree of freedom where there are two paths.
     scratch: Vec<V3<S>>,
     /// Where the rows of the degrees of freedom on a path begin in the factor.
@@ -82,7 +84,8 @@ impl<S: Scalar> Rows<S> {
             grounded: 0,
             columns: Places::new(contacts * longest),
             dofs: Vec::with_capacity(contacts * longest),
-            softness: [GROUND_SOFTNESS, PAIR_SOFTNESS].map(|of| S::of(tree.kit, of) / tree.mass()),
+            ground_softness: S::of(tree.kit, GROUND_SOFTNESS) / tree.mass(),
+            pair_softness: S::of(tree.kit, PAIR_SOFTNESS) / tree.mass(),
             scratch: vec![V3::null(tree.kit); tree.dofs()],
             starts: Vec::with_capacity(longest),
         }
@@ -163,7 +166,7 @@ impl<S: Scalar> Rows<S> {
             columns[depth] = own * factor.inverse[path[depth] as usize];
             add_products(&mut response, columns[depth]);
         }
-        self.finish(start, touch, response, self.softness[0]);
+        self.finish(start, touch, response, self.ground_softness);
     }
 
     /// Adds a contact between two bodies.
@@ -214,7 +217,7 @@ impl<S: Scalar> Rows<S> {
             columns[place] = own * factor.inverse[dof];
             add_products(&mut response, columns[place]);
         }
-        self.finish(start, touch, response, self.softness[1]);
+        self.finish(start, touch, response, self.pair_softness);
     }
 
     /// Adds the contact of the columns from `start` on, which has this response.

@@ -24,6 +24,13 @@ pub struct Usual {
     pub ends: &'static str,
 }
 
+impl Usual {
+    /// Whether a value outside the range is meant: some parts have no friction at all.
+    pub(crate) fn is_meant(&self, value: f64) -> bool {
+        value == 0.0 && self.field == "friction"
+    }
+}
+
 const fn usual(
     of: &'static str,
     field: &'static str,
@@ -137,8 +144,8 @@ impl Declarations<'_> {
     /// Warns where a field, which comes to `value` (SI), lies beyond what is usual.
     pub(super) fn usual(&mut self, of: &str, field: &str, value: f64, tree: &ast::Expr) {
         let Some(usual) = usual_of(of, field) else { return };
-        // What swings freely has no spring, and no friction at all is meant.
-        if value == 0.0 && (of.starts_with("a passive row") || field == "friction") {
+        // What swings freely has no spring.
+        if usual.is_meant(value) || value == 0.0 && of.starts_with("a passive row") {
             return;
         }
         let size = unit(usual.unit);
