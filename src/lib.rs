@@ -18,6 +18,7 @@ pub mod scenarios;
 pub mod score;
 pub mod search;
 pub mod simulate;
+pub mod solid;
 pub mod study;
 pub mod testing;
 pub mod trials;
