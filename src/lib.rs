@@ -8,6 +8,7 @@ pub mod derive;
 pub mod design;
 pub mod document;
 pub mod drive;
+pub mod fit;
 pub mod hardware;
 pub mod learn;
 pub mod loader;

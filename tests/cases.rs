@@ -38,6 +38,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("port", "port"),
     ("actuator", "actuator"),
     ("joint", "joint"),
+    ("construction", "material, chamber, thread"),
     ("field", "a field that reads another"),
     ("begins", "begins"),
     ("limb", "param of a part"),

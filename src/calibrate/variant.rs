@@ -70,7 +70,7 @@ pub fn text(named: Named<'_>, base: &str, measurements: &str, findings: &[Findin
 }
 
 /// As `sgc fmt` lays it out; as it is where that cannot be.
-fn laid_out(text: String) -> String {
+pub(crate) fn laid_out(text: String) -> String {
     let mut sources = SourceMap::default();
     let file = sources.add("variant.sgr", text.clone());
     grammar_lang::format::format(&sources, file).unwrap_or(text)
@@ -95,7 +95,7 @@ fn origin(finding: &Finding) -> String {
 }
 
 /// Writes a comment in lines of some width.
-fn comment(out: &mut String, sign: &str, indent: &str, text: &str) {
+pub(crate) fn comment(out: &mut String, sign: &str, indent: &str, text: &str) {
     let begin = format!("{indent}{sign}");
     let mut line = begin.clone();
     // What ends a line ends a comment.

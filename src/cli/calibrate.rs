@@ -1,19 +1,17 @@
 //! `sgc calibrate`: from a bench's measurements to a variant of a grammar.
 
-use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use grammar_lang::diagnostics::render::{Format, render};
 
 use super::exit;
 use super::load;
 use super::output::{self, Fault};
 use super::replace::is_not_read;
+use super::variant_file;
 use crate::calibrate::variant::Named;
 use crate::calibrate::{self, Problem};
-use crate::document::is_name;
-use crate::loader::{Files, read_text};
+use crate::loader::read_text;
 use crate::reading::imported;
 use crate::results::whole::write_whole;
 
@@ -50,10 +48,10 @@ impl Calibrate {
         let name = self.measurements.to_string_lossy().into_owned();
         let text =
             read_text(&self.measurements).map_err(|e| Fault::usage(format!("cannot read {name}: {e}")))?;
-        let out = self.target()?;
+        let out = variant_file::target(&self.grammar, self.out.as_deref(), &self.measurements, "bench")?;
         let page = out.with_extension("html");
-        let variant = self.name(&out)?;
-        self.may_write(&[&out, &page])?;
+        let variant = variant_file::name(&out, self.variant.as_deref())?;
+        variant_file::may_write(&[&out, &page], self.force)?;
         let folder = self.measurements.parent().unwrap_or(Path::new(""));
         let beside = |file: &str| {
             let path = folder.join(file);
@@ -89,7 +87,7 @@ impl Calibrate {
         for file in [&out, &page] {
             is_not_read(file)?;
         }
-        let base = from_folder(&self.grammar, &out)?;
+        let base = variant_file::from_folder(&self.grammar, &out)?;
         let file = self.measurements.file_name().unwrap_or_default().to_string_lossy();
         let mut worlds = "measured".to_owned();
         while sources.iter().any(|(_, source)| declares(&source.text, &worlds)) {
@@ -97,7 +95,7 @@ impl Calibrate {
         }
         let named = Named { variant: &variant, worlds: &worlds };
         let text = calibrate::variant::text(named, &base, &file, &findings);
-        accepted(&out, &text)?;
+        variant_file::accepted(&out, &text, "measured")?;
         for warning in findings.iter().flat_map(|finding| &finding.warnings) {
             output::note(&format!("warning: {warning}"));
         }
@@ -108,55 +106,6 @@ impl Calibrate {
         output::note(&format!("wrote {} and {}", out.display(), page.display()));
         output::note(&format!("next: sgc check {0}, then sgc run {0}", output::typed(&out)));
         Ok(exit::DONE)
-    }
-
-    /// Where to write the variant.
-    fn target(&self) -> Result<PathBuf, Fault> {
-        if self.grammar.extension().is_none_or(|e| e != "sgr") {
-            return Err(Fault::usage(format!(
-                "{} is not a grammar file: its name does not end with .sgr, so a variant cannot name it",
-                self.grammar.display()
-            )));
-        }
-        let stem = self.grammar.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let out =
-            self.out.clone().unwrap_or_else(|| self.measurements.with_file_name(format!("{stem}_bench.sgr")));
-        if out.extension().is_none_or(|e| e != "sgr") {
-            return Err(Fault::usage(format!(
-                "{} does not end with .sgr; write --out NAME.sgr",
-                out.display()
-            )));
-        }
-        if fs::canonicalize(&out).is_ok_and(|out| fs::canonicalize(&self.grammar).is_ok_and(|g| g == out)) {
-            return Err(Fault::usage("--out names the grammar itself; choose another file".to_owned()));
-        }
-        Ok(out)
-    }
-
-    /// What the variant is called.
-    fn name(&self, out: &Path) -> Result<String, Fault> {
-        let stem = out.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let name = self.variant.clone().unwrap_or(stem);
-        if is_name(&name) {
-            return Ok(name);
-        }
-        Err(Fault::usage(format!(
-            "`{name}` cannot name a variant: a name is a word of letters, digits and `_` that does not begin with \
-             a digit and is not reserved; give one with --variant NAME"
-        )))
-    }
-
-    fn may_write(&self, files: &[&Path]) -> Result<(), Fault> {
-        for file in files {
-            // A link that leads nowhere is there, too.
-            if !self.force && fs::symlink_metadata(file).is_ok() {
-                return Err(Fault::usage(format!(
-                    "{} exists already; choose another name with --out, or replace it with --force",
-                    file.display()
-                )));
-            }
-        }
-        Ok(())
     }
 }
 
@@ -176,17 +125,6 @@ fn declares(text: &str, name: &str) -> bool {
     })
 }
 
-/// Checks the variant where it is to stand: what would be refused later is not written.
-fn accepted(out: &Path, text: &str) -> Result<(), Fault> {
-    let checked = load::check(&Files, &out.to_string_lossy(), text, &[], None);
-    if checked.sound {
-        return Ok(());
-    }
-    let found = render(&checked.diagnostics, &checked.sources, Format::Full, output::colour_err());
-    output::note(found.trim_end());
-    Err(Fault::input("the grammar has errors with the measured values; nothing is written"))
-}
-
 /// Tells everything that is wrong with measurements.
 fn fault(problems: Vec<Problem>) -> Fault {
     let code = if problems.iter().all(|p| p.is_contradiction) { exit::INPUT } else { exit::USAGE };
@@ -194,41 +132,4 @@ fn fault(problems: Vec<Problem>) -> Fault {
         output::note(&format!("error: {problem}"));
     }
     Fault { code, message: String::new() }
-}
-
-/// How a text names the grammar from the folder that it stands in.
-fn from_folder(grammar: &Path, text: &Path) -> Result<String, Fault> {
-    let folder = text.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let whole = |path: &Path| {
-        fs::canonicalize(path).map_err(|e| Fault::usage(format!("cannot read {}: {e}", path.display())))
-    };
-    let path = relative(&whole(grammar)?, &whole(folder)?);
-    if path.contains(['"', '\\', '\n', '{', '}']) {
-        return Err(Fault::usage(format!("a variant cannot name the file {path}; rename it")));
-    }
-    Ok(path)
-}
-
-/// The way from a folder to a file, both from the root.
-fn relative(file: &Path, folder: &Path) -> String {
-    let (file, folder): (Vec<Component<'_>>, Vec<Component<'_>>) =
-        (file.components().collect(), folder.components().collect());
-    let common = file.iter().zip(&folder).take_while(|(a, b)| a == b).count();
-    let up = folder.len() - common;
-    let mut parts = if up == 0 { vec![".".to_owned()] } else { vec!["..".to_owned(); up] };
-    parts.extend(file.iter().skip(common).map(|c| c.as_os_str().to_string_lossy().into_owned()));
-    parts.join("/")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_way_to_a_grammar_is_that_from_the_folder_of_the_text() {
-        let way = |file: &str, folder: &str| relative(Path::new(file), Path::new(folder));
-        assert_eq!(way("/a/b/c.sgr", "/a/b"), "./c.sgr");
-        assert_eq!(way("/a/b/c.sgr", "/a/d/e"), "../../b/c.sgr");
-        assert_eq!(way("/a/b/c.sgr", "/a"), "./b/c.sgr");
-    }
 }

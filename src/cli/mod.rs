@@ -13,6 +13,7 @@ mod drive;
 mod eval;
 mod explain;
 mod export;
+mod fit;
 mod fmt;
 mod interrupt;
 mod live;
@@ -36,6 +37,7 @@ mod several;
 mod side_by_side;
 mod study;
 mod test;
+mod variant_file;
 mod view;
 mod work;
 
@@ -106,6 +108,7 @@ enum Command {
     Compile(compile::Compile),
     Derive(derive::Derive),
     Calibrate(calibrate::Calibrate),
+    Fit(fit::Fit),
     Run(run::Run),
     Resume(resume::Resume),
     Study(study::Study),
@@ -153,6 +156,7 @@ pub fn main() -> ExitCode {
         Command::Compile(command) => command.run(),
         Command::Derive(command) => command.run(),
         Command::Calibrate(command) => command.run(),
+        Command::Fit(command) => command.run(),
         Command::Run(command) => command.run(),
         Command::Resume(command) => command.run(),
         Command::Study(command) => command.run(),

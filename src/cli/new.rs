@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 
 use super::exit;
 use super::output::{self, Fault};
+use super::replace::is_not_read;
 use crate::document::is_name;
 use crate::results::whole::write_whole;
 
@@ -71,6 +72,7 @@ impl New {
                 path.display()
             )));
         }
+        is_not_read(&path)?;
         write_whole(&path, &self.from.text().replace(PLACEHOLDER, name)).map_err(Fault::usage)?;
         output::data(&format!("{}\n", path.display()))?;
         output::note(&format!(

@@ -67,6 +67,12 @@ fn is_there(out: &Path) -> bool {
 /// Refuses to write over what the command has read, or what a run needs: nothing else holds it.
 pub(super) fn is_not_read(out: &Path) -> Result<(), Fault> {
     let place = fs::canonicalize(out).unwrap_or_else(|_| out.to_owned());
+    if fs::metadata(&place).is_ok_and(|there| there.is_file() && there.permissions().readonly()) {
+        return Err(Fault::usage(format!(
+            "{} is read-only; choose another name, or allow writing to it",
+            out.display()
+        )));
+    }
     if !reading::was_read(out) {
         if run_files::is_of_run(&place) {
             return Err(Fault::usage(format!(

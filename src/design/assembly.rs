@@ -97,6 +97,10 @@ pub struct Dof {
     pub limits: (f64, f64),
     /// Stiffness in N m/rad or N/m; not used where a speed is controlled.
     pub stiffness: f64,
+    /// Of a row that bends, for soft rods: stiffness across the axis, N m/rad, if it is not that of a solid rod.
+    pub sideways: Option<f64>,
+    /// The same against being twisted.
+    pub torsion: Option<f64>,
     /// Damping in N m s/rad or N s/m.
     pub damping: f64,
     /// Largest torque or force in N m or N; without limit where nothing drives it.

@@ -293,6 +293,8 @@ impl Moves {
             share: self.share,
             limits: (low * self.share - start, high * self.share - start),
             stiffness: own.stiffness,
+            sideways: own.sideways,
+            torsion: own.torsion,
             damping: own.damping,
             effort: self.effort,
         };

@@ -161,6 +161,8 @@ mod tests {
                 axis: [0.0, 0.0, 1.0],
                 pivot: None,
                 stiffness: 0.3,
+                sideways: None,
+                torsion: None,
                 damping: 0.01,
                 range: Some((-1.0, 1.0)),
                 neutral: 0.0,

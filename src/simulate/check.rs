@@ -11,6 +11,9 @@ const MOST_STEPS: f64 = 1e9;
 /// A motion whose frames fill more bytes than this is refused: as many as there are lanes are in memory at once, on each thread.
 const MOST_RECORDED: f64 = 512e6;
 
+/// More elements than this would take gigabytes: the solvers of joints remember the contacts of each pair.
+const MOST_ELEMENTS: usize = 1000;
+
 fn need(holds: bool, reason: impl FnOnce() -> String) -> Result<(), Unfit> {
     if holds { Ok(()) } else { Err(Unfit { reason: reason() }) }
 }
@@ -90,6 +93,11 @@ pub(super) fn assembly(assembly: &Assembly) -> Result<(), Unfit> {
             "{count} elements need {} joints to hang together as a tree, but there are {}",
             count - 1,
             assembly.joints.len()
+        )
+    })?;
+    need(count <= MOST_ELEMENTS, || {
+        format!(
+            "it has {count} elements (blocks, and segments of actuators), and these solvers take at most {MOST_ELEMENTS}: each pair              of them needs memory; use fewer parts or segments"
         )
     })?;
     for (index, part) in assembly.elements.iter().enumerate() {

@@ -24,12 +24,12 @@ impl BlockRow {
 
 /// A matrix as the product of a triangular one and its transpose.
 #[derive(Clone, Debug)]
-pub(super) struct Factor {
+pub(super) struct BlockFactor {
     own: Vec<DMatrix<f64>>,
     before: Vec<DMatrix<f64>>,
 }
 
-impl Factor {
+impl BlockFactor {
     /// None if the matrix is not positive definite.
     pub(super) fn new(matrix: BlockRow) -> Option<Self> {
         let mut factor = Self { own: Vec::new(), before: Vec::new() };

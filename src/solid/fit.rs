@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::statics::{Lost, Motion, Solid, State};
+use super::statics::{ElasticBody, Lost, TipMotion};
 use super::{Casting, Load};
 
 /// Layers for each height of the cross-section, and the fewest of an actuator.
@@ -50,14 +50,14 @@ pub struct Fitted {
     /// How far a moment twists it, rad/(N m).
     pub twist: Law,
     /// What the load does, if anything drives it.
-    pub driven: Option<Driven>,
+    pub driven: Option<UnderLoad>,
     /// By which share a length between the two ends differs most from these lines.
     pub off: f64,
 }
 
 /// What the load of an actuator does.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Driven {
+pub struct UnderLoad {
     /// How far it bends if nothing holds it, rad.
     pub bend: Law,
     /// The moment that holds its tip straight, N m: hardly any length matters.
@@ -103,7 +103,7 @@ pub fn fit(casting: &Casting, load: Load, lengths: &[f64]) -> Result<Fitted, (f6
         sideways: law(|c| c.sideways),
         twist: law(|c| c.twist),
         off: cases.iter().map(off).fold(0.0, f64::max),
-        driven: is_driven.then(|| Driven {
+        driven: is_driven.then(|| UnderLoad {
             bend: law(|c| c.bend),
             blocked: law(|c| c.blocked),
             curve: last.curve.clone(),
@@ -114,10 +114,10 @@ pub fn fit(casting: &Casting, load: Load, lengths: &[f64]) -> Result<Fitted, (f6
 
 fn one(casting: &Casting, load: Load) -> Result<Cases, Lost> {
     let layers = libm::round(LAYERS * casting.length / casting.outline.height()) as usize;
-    let solid = Solid::new(casting, layers.max(FEWEST_LAYERS), FINENESS);
+    let solid = ElasticBody::new(casting, layers.max(FEWEST_LAYERS), FINENESS);
     let rest = solid.rest();
     let unloaded = |motion| solid.compliance(&rest, Load::default(), motion);
-    let compliance = unloaded(Motion::Bend)?;
+    let compliance = unloaded(TipMotion::Bend)?;
     let (mut curve, mut blocked) = (Vec::new(), 0.0);
     if load != Load::default() {
         solid.loaded(load, &mut |share, state| {
@@ -130,8 +130,8 @@ fn one(casting: &Casting, load: Load) -> Result<Cases, Lost> {
     Ok(Cases {
         length: casting.length,
         compliance,
-        sideways: unloaded(Motion::Sideways)?,
-        twist: unloaded(Motion::Twist)?,
+        sideways: unloaded(TipMotion::Sideways)?,
+        twist: unloaded(TipMotion::Twist)?,
         bend: curve.last().map_or(0.0, |(_, bend)| *bend),
         blocked,
         curve,
@@ -139,25 +139,22 @@ fn one(casting: &Casting, load: Load) -> Result<Cases, Lost> {
 }
 
 /// The moment with which the tip stays straight under a load, N m.
-fn held(solid: &Solid, load: Load, compliance: f64) -> Result<f64, Lost> {
+fn held(solid: &ElasticBody, load: Load, compliance: f64) -> Result<f64, Lost> {
     let little = Load { pressure: LITTLE * load.pressure, pull: LITTLE * load.pull, moment: 0.0 };
     let first = solid.bend(&solid.equilibrium(&solid.rest(), little)?) / LITTLE / compliance;
     let mut moment = first;
-    let mut state: Option<State> = None;
+    let (mut state, mut known) = (solid.rest(), Load::default());
     loop {
         let held = Load { moment: -moment, ..load };
-        let found = match &state {
-            None => solid.loaded(held, &mut |_, _| {})?,
-            Some(state) => solid.equilibrium(state, held)?,
-        };
+        let found = solid.moved((&state, known), held, &mut |_, _| {})?;
         let bend = solid.bend(&found);
         if bend.abs() < HELD {
             return Ok(moment);
         }
-        moment += bend / solid.compliance(&found, held, Motion::Bend)?;
+        moment += bend / solid.compliance(&found, held, TipMotion::Bend)?;
         if !(moment.abs() < 100.0 * first.abs()) {
             return Err(Lost::Diverges(1.0));
         }
-        state = Some(found);
+        (state, known) = (found, held);
     }
 }

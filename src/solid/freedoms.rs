@@ -67,7 +67,7 @@ impl Freedoms {
 }
 
 /// Forces and stiffnesses, summed over elements: the slope and the curvature of an energy.
-pub(super) struct Sum<'f> {
+pub(super) struct Assembled<'f> {
     freedoms: &'f Freedoms,
     /// N, and N m for each rad.
     pub(super) forces: Vec<DVector<f64>>,
@@ -75,7 +75,7 @@ pub(super) struct Sum<'f> {
     pub(super) stiffness: BlockRow,
 }
 
-impl<'f> Sum<'f> {
+impl<'f> Assembled<'f> {
     /// Nothing yet.
     pub(super) fn new(freedoms: &'f Freedoms) -> Self {
         Self { freedoms, forces: freedoms.zeros(), stiffness: BlockRow::zeros(&freedoms.sizes) }

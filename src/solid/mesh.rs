@@ -1,7 +1,7 @@
 //! The grid of an actuator: its cross-section drawn out along x, in layers of hexahedra of 27 nodes, and a plate that closes its tip.
 
 use super::Casting;
-use super::section::Section;
+use super::section::CrossSection;
 
 /// How thick the plate at the tip is, as a share of the height.
 const PLATE: f64 = 0.25;
@@ -34,7 +34,7 @@ pub(super) struct Mesh {
 impl Mesh {
     /// An actuator in so many layers. `fineness` is the number of elements through a wall.
     pub(super) fn new(casting: &Casting, layers: usize, fineness: usize) -> Self {
-        let section = Section::new(casting.outline, casting.hole, fineness);
+        let section = CrossSection::new(casting.outline, casting.hole, fineness);
         let end = 2 * layers;
         let step = casting.length / end as f64;
         let thick = 0.5 * PLATE * casting.outline.height();

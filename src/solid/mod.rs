@@ -16,7 +16,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
-pub use fit::{Fitted, Law, fit};
+pub use fit::{Fitted, Law, UnderLoad, fit};
 pub use section::{Hole, Outline};
 pub use statics::Lost;
 
@@ -54,8 +54,13 @@ pub struct Load {
 }
 
 impl Load {
-    /// A share of a load.
-    fn times(self, share: f64) -> Self {
-        Self { pressure: share * self.pressure, pull: share * self.pull, moment: share * self.moment }
+    /// What lies between this load and another, of which it has a share.
+    fn mixed(self, other: Self, share: f64) -> Self {
+        let mixed = |own: f64, other: f64| own + share * (other - own);
+        Self {
+            pressure: mixed(self.pressure, other.pressure),
+            pull: mixed(self.pull, other.pull),
+            moment: mixed(self.moment, other.moment),
+        }
     }
 }

@@ -24,7 +24,7 @@ impl Moduli {
 
 /// A point of a hexahedron: slopes of its functions at rest (1/m), and the volume that it stands for (m^3).
 #[derive(Clone, Debug)]
-pub(super) struct Point {
+pub(super) struct GaussPoint {
     slopes: [[f64; 3]; 27],
     volume: f64,
 }
@@ -32,8 +32,8 @@ pub(super) struct Point {
 /// The points of a hexahedron: those for the change of shape, and those for the change of volume.
 #[derive(Clone, Debug)]
 pub(super) struct Points {
-    shape: Vec<Point>,
-    volume: Vec<Point>,
+    shape: Vec<GaussPoint>,
+    volume: Vec<GaussPoint>,
 }
 
 /// Forces (N) and stiffnesses (N/m) of the 81 degrees of freedom of a hexahedron.
@@ -106,7 +106,7 @@ impl Points {
     }
 }
 
-fn point(nodes: &[[f64; 3]; 27], at: [f64; 3], weight: f64) -> Point {
+fn point(nodes: &[[f64; 3]; 27], at: [f64; 3], weight: f64) -> GaussPoint {
     let own = solid(at[0], at[1], at[2]);
     // How places at rest change with the element's own coordinates.
     let map = Matrix3::from_fn(|i, j| (0..27).map(|n| nodes[n][i] * own[n][j]).sum::<f64>());
@@ -114,7 +114,7 @@ fn point(nodes: &[[f64; 3]; 27], at: [f64; 3], weight: f64) -> Point {
     let volume = map.determinant().abs() * weight;
     let back = map.try_inverse().unwrap_or_else(Matrix3::zeros);
     let slopes = own.map(|own| std::array::from_fn(|j| (0..3).map(|k| own[k] * back[(k, j)]).sum()));
-    Point { slopes, volume }
+    GaussPoint { slopes, volume }
 }
 
 /// The deformation gradient.
@@ -132,7 +132,7 @@ fn gradient(slopes: &[[f64; 3]; 27], nodes: &[[f64; 3]; 27]) -> Matrix3<f64> {
 
 /// Adds what a stress and its slope do to the nodes.
 fn add(
-    point: &Point,
+    point: &GaussPoint,
     stress: &Matrix3<f64>,
     tangent: &dyn Fn(usize, usize, usize, usize) -> f64,
     forces: &mut Forces,

@@ -61,7 +61,7 @@ const EDGES: [[usize; 3]; 4] = [[0, 1, 2], [6, 7, 8], [0, 3, 6], [2, 5, 8]];
 
 /// The grid of a cross-section.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Section {
+pub(super) struct CrossSection {
     /// y and z of each node, m.
     pub(super) nodes: Vec<[f64; 2]>,
     pub(super) quads: Vec<Quad>,
@@ -71,7 +71,7 @@ pub(super) struct Section {
     pub(super) outer: Vec<[usize; 3]>,
 }
 
-impl Section {
+impl CrossSection {
     /// The grid of a cross-section. `fineness` is the number of quadrilaterals through a wall.
     pub(super) fn new(outline: Outline, hole: Option<Hole>, fineness: usize) -> Self {
         let mut section = Self::default();

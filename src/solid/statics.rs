@@ -2,8 +2,8 @@
 
 use nalgebra::{DVector, Vector3};
 
-use super::factor::Factor;
-use super::freedoms::{Freedoms, Parity, Sum};
+use super::factor::BlockFactor;
+use super::freedoms::{Assembled, Freedoms, Parity};
 use super::mesh::{Face, Mesh};
 use super::rubber::{Forces, Moduli, Points, Stiffness};
 use super::surface::{self, FaceForces, FaceStiffness, Fibres, Nodes};
@@ -18,12 +18,15 @@ const STEPS: usize = 25;
 /// The longest step, and where steps end, as shares of the height.
 const LONGEST: f64 = 0.5;
 const SHORTEST: f64 = 1e-8;
+/// The share of a load that is added first, and after how many good steps a share may be twice as large again.
+const FIRST_SHARE: f64 = 0.25;
+const MANY_GOOD: usize = 4;
 /// The smallest share of a load that is added at once.
 const LEAST_SHARE: f64 = 1.0 / 256.0;
 
 /// A motion of the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Motion {
+pub(super) enum TipMotion {
     /// Towards the upper side.
     Bend,
     /// To the side.
@@ -45,13 +48,13 @@ pub enum Lost {
 
 /// Where the nodes are, m.
 #[derive(Clone, Debug)]
-pub(super) struct State {
+pub(super) struct Deformed {
     nodes: Vec<[f64; 3]>,
 }
 
 /// An actuator in elements.
 #[derive(Clone, Debug)]
-pub(super) struct Solid {
+pub(super) struct ElasticBody {
     mesh: Mesh,
     points: Vec<Points>,
     rubber: Moduli,
@@ -67,7 +70,7 @@ pub(super) struct Solid {
     odd: Freedoms,
 }
 
-impl Solid {
+impl ElasticBody {
     /// In so many layers along its length, and so many elements through a wall.
     pub(super) fn new(casting: &Casting, layers: usize, fineness: usize) -> Self {
         let mesh = Mesh::new(casting, layers, fineness);
@@ -92,19 +95,19 @@ impl Solid {
     }
 
     /// Without a load.
-    pub(super) fn rest(&self) -> State {
-        State { nodes: self.mesh.nodes.clone() }
+    pub(super) fn rest(&self) -> Deformed {
+        Deformed { nodes: self.mesh.nodes.clone() }
     }
 
     /// How far the tip is bent against the base (rad), within half a turn to either side.
-    pub(super) fn bend(&self, state: &State) -> f64 {
+    pub(super) fn bend(&self, state: &Deformed) -> f64 {
         let up = point(&self.tip, state);
         libm::atan2(-up.x, up.z)
     }
 
     /// The volume that the hole encloses, m^3.
     #[cfg(test)]
-    pub(super) fn hole(&self, state: &State) -> f64 {
+    pub(super) fn hole(&self, state: &Deformed) -> f64 {
         let volume = |(face, sign): &(Face, f64)| {
             let (mut forces, mut stiffness) = (FaceForces::zeros(), FaceStiffness::zeros());
             sign * surface::volume(&places(face, &state.nodes), 0.0, &mut forces, &mut stiffness)
@@ -114,26 +117,43 @@ impl Solid {
 
     /// The equilibrium under a load that grows from nothing. `seen` is told each share of the load on the way, and the state there: all
     /// shares are multiples of a power of two, and each quarter is among them.
-    pub(super) fn loaded(&self, load: Load, seen: &mut dyn FnMut(f64, &State)) -> Result<State, Lost> {
-        let (mut state, mut before) = (self.rest(), None::<(State, f64)>);
-        let (mut share, mut step) = (0.0, 0.25);
+    pub(super) fn loaded(&self, load: Load, seen: &mut dyn FnMut(f64, &Deformed)) -> Result<Deformed, Lost> {
+        self.moved((&self.rest(), Load::default()), load, seen)
+    }
+
+    /// The equilibrium under another load, to which that of a state changes bit by bit.
+    pub(super) fn moved(
+        &self,
+        (from, begin): (&Deformed, Load),
+        end: Load,
+        seen: &mut dyn FnMut(f64, &Deformed),
+    ) -> Result<Deformed, Lost> {
+        let (mut state, mut before) = (from.clone(), None::<(Deformed, f64)>);
+        let (mut share, mut step, mut good) = (0.0, FIRST_SHARE, 0);
         while share < 1.0 {
+            // Steps get longer again, but shares stay multiples of them.
+            if good >= MANY_GOOD && step < FIRST_SHARE && share % (2.0 * step) == 0.0 {
+                (step, good) = (2.0 * step, 0);
+            }
             let next = f64::min(share + step, 1.0);
             // It goes on as it did.
-            let begin = before.as_ref().map_or_else(
+            let start = before.as_ref().map_or_else(
                 || state.clone(),
                 |(older, at)| further(older, &state, (next - share) / (share - at)),
             );
             let found = self
-                .equilibrium(&begin, load.times(next))
-                .or_else(|_| self.equilibrium(&state, load.times(next)));
+                .equilibrium(&start, begin.mixed(end, next))
+                .or_else(|_| self.equilibrium(&state, begin.mixed(end, next)));
             match found {
                 Ok(found) => {
                     before = Some((std::mem::replace(&mut state, found), share));
                     share = next;
+                    good += 1;
                     seen(share, &state);
                 }
-                Err(_) if step > LEAST_SHARE => step *= 0.5,
+                Err(_) if step > LEAST_SHARE => {
+                    (step, good) = (0.5 * step, 0);
+                }
                 Err(Lost::Buckles(_)) => return Err(Lost::Buckles(share)),
                 Err(Lost::Diverges(_)) => return Err(Lost::Diverges(share)),
             }
@@ -142,11 +162,11 @@ impl Solid {
     }
 
     /// The equilibrium under a load, from a state that is near.
-    pub(super) fn equilibrium(&self, from: &State, load: Load) -> Result<State, Lost> {
+    pub(super) fn equilibrium(&self, from: &Deformed, load: Load) -> Result<Deformed, Lost> {
         let mut state = from.clone();
         for _ in 0..STEPS {
             let sum = self.sum(&state, load, &self.even).ok_or(Lost::Diverges(0.0))?;
-            let step = Factor::new(sum.stiffness).ok_or(Lost::Buckles(0.0))?.solve(sum.forces);
+            let step = BlockFactor::new(sum.stiffness).ok_or(Lost::Buckles(0.0))?.solve(sum.forces);
             let longest = step.iter().map(|part| part.amax()).fold(0.0, f64::max);
             if !longest.is_finite() || longest > 20.0 * self.height {
                 return Err(Lost::Diverges(0.0));
@@ -163,10 +183,10 @@ impl Solid {
     }
 
     /// How far the tip moves for each moment, rad / (N m), about a state.
-    pub(super) fn compliance(&self, state: &State, load: Load, motion: Motion) -> Result<f64, Lost> {
-        let freedoms = if motion == Motion::Bend { &self.even } else { &self.odd };
+    pub(super) fn compliance(&self, state: &Deformed, load: Load, motion: TipMotion) -> Result<f64, Lost> {
+        let freedoms = if motion == TipMotion::Bend { &self.even } else { &self.odd };
         let sum = self.sum(state, load, freedoms).ok_or(Lost::Diverges(1.0))?;
-        let factor = Factor::new(sum.stiffness).ok_or(Lost::Buckles(1.0))?;
+        let factor = BlockFactor::new(sum.stiffness).ok_or(Lost::Buckles(1.0))?;
         let slope = self.slope(state, motion, freedoms);
         let moved = factor.solve(slope.clone());
         // Half of the moment acts on each half.
@@ -174,13 +194,13 @@ impl Solid {
     }
 
     /// How the angle of a motion changes with the degrees of freedom, rad/m.
-    fn slope(&self, state: &State, motion: Motion, freedoms: &Freedoms) -> Vec<DVector<f64>> {
+    fn slope(&self, state: &Deformed, motion: TipMotion, freedoms: &Freedoms) -> Vec<DVector<f64>> {
         let mut slope = freedoms.zeros();
         let rest = &self.mesh.nodes;
         let nodes = self.mesh.planes.last().map_or(&[][..], |plane| &plane[..]);
         let middle = nodes.iter().map(|&node| rest[node][2]).sum::<f64>() / nodes.len() as f64;
         match motion {
-            Motion::Bend => {
+            TipMotion::Bend => {
                 let up = point(&self.tip, state);
                 let square = up.x * up.x + up.z * up.z;
                 for &(node, weight) in &self.tip {
@@ -188,13 +208,13 @@ impl Solid {
                     freedoms.put(&mut slope, (node, 2), weight * up.x / square);
                 }
             }
-            Motion::Sideways => {
+            TipMotion::Sideways => {
                 let squares: f64 = nodes.iter().map(|&node| rest[node][1] * rest[node][1]).sum();
                 for &node in nodes {
                     freedoms.put(&mut slope, (node, 0), -rest[node][1] / squares);
                 }
             }
-            Motion::Twist => {
+            TipMotion::Twist => {
                 let arm = |node: usize| (rest[node][1], rest[node][2] - middle);
                 let squares: f64 =
                     nodes.iter().map(|&node| arm(node).0 * arm(node).0 + arm(node).1 * arm(node).1).sum();
@@ -208,8 +228,8 @@ impl Solid {
     }
 
     /// Slope and curvature of the energy of one half. None where an element is turned inside out.
-    fn sum<'f>(&self, state: &State, load: Load, freedoms: &'f Freedoms) -> Option<Sum<'f>> {
-        let mut sum = Sum::new(freedoms);
+    fn sum<'f>(&self, state: &Deformed, load: Load, freedoms: &'f Freedoms) -> Option<Assembled<'f>> {
+        let mut sum = Assembled::new(freedoms);
         let mut stiffness = Box::new(Stiffness::zeros());
         for (solid, points) in self.mesh.solids.iter().zip(&self.points) {
             let mut forces = Forces::zeros();
@@ -248,7 +268,7 @@ impl Solid {
 
     fn add_face(
         &self,
-        sum: &mut Sum<'_>,
+        sum: &mut Assembled<'_>,
         face: &Face,
         energy: impl FnOnce(&mut FaceForces, &mut FaceStiffness),
     ) {
@@ -258,7 +278,7 @@ impl Solid {
     }
 
     /// The energy of a moment on the tip: minus the moment times the bend.
-    fn add_moment(&self, sum: &mut Sum<'_>, state: &State, moment: f64) {
+    fn add_moment(&self, sum: &mut Assembled<'_>, state: &Deformed, moment: f64) {
         let up = point(&self.tip, state);
         let square = up.x * up.x + up.z * up.z;
         // Slope and curvature of the bend, atan2(-x, z), in x and z.
@@ -276,7 +296,7 @@ impl Solid {
 }
 
 /// The energy of a stretch of a thread: its pull times its length.
-fn add_thread(sum: &mut Sum<'_>, state: &State, ends: &[Vec<(usize, f64)>], pull: f64) {
+fn add_thread(sum: &mut Assembled<'_>, state: &Deformed, ends: &[Vec<(usize, f64)>], pull: f64) {
     let [from, to] = ends else { return };
     let way = point(to, state) - point(from, state);
     let length = way.norm();
@@ -291,7 +311,7 @@ fn add_thread(sum: &mut Sum<'_>, state: &State, ends: &[Vec<(usize, f64)>], pull
 }
 
 /// Where a point is that moves with some nodes.
-fn point(weights: &[(usize, f64)], state: &State) -> Vector3<f64> {
+fn point(weights: &[(usize, f64)], state: &Deformed) -> Vector3<f64> {
     weights.iter().map(|(node, weight)| Vector3::from(state.nodes[*node]) * *weight).sum()
 }
 
@@ -300,9 +320,9 @@ fn places(face: &Face, nodes: &[[f64; 3]]) -> Nodes {
 }
 
 /// A state that lies beyond another, on the way from an older one.
-fn further(older: &State, state: &State, share: f64) -> State {
+fn further(older: &Deformed, state: &Deformed, share: f64) -> Deformed {
     let beyond = |(old, now): (&[f64; 3], &[f64; 3])| {
         std::array::from_fn(|axis| now[axis] + share * (now[axis] - old[axis]))
     };
-    State { nodes: older.nodes.iter().zip(&state.nodes).map(beyond).collect() }
+    Deformed { nodes: older.nodes.iter().zip(&state.nodes).map(beyond).collect() }
 }

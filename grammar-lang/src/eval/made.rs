@@ -45,6 +45,10 @@ pub struct MadeJoint {
     pub pivot: Option<[f64; 3]>,
     /// Stiffness, N m/rad or N/m.
     pub stiffness: f64,
+    /// Of a row that bends: across its axis, N m/rad, if it is given.
+    pub sideways: Option<f64>,
+    /// The same against being twisted.
+    pub torsion: Option<f64>,
     /// Damping, N m s/rad or N s/m.
     pub damping: f64,
     /// How far the tip of a row goes against its base, or a part against what holds it: least and greatest, rad or m. A spin has

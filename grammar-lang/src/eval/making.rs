@@ -202,9 +202,15 @@ impl From<'_> {
             neutral,
             begins,
             mirrored: false,
+            sideways: self.across("sideways", joint.sideways.as_ref())?,
+            torsion: self.across("torsion", joint.torsion.as_ref())?,
             stiffness: self.number("stiffness", &joint.stiffness, needs(!spins))?,
             damping: self.number("damping", &joint.damping, needs(spins))?,
         })
+    }
+
+    fn across(&self, name: &'static str, stiffness: Option<&Field<f64>>) -> Result<Option<f64>, Unmade> {
+        stiffness.map(|stiffness| self.number(name, stiffness, Sign::Positive)).transpose()
     }
 
     /// How far a joint goes. It begins within that: where it is attached, unless its springs rest elsewhere.

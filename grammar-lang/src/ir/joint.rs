@@ -20,6 +20,13 @@ pub struct Joint {
     pub stiffness: Field<f64>,
     /// Damping of each joint, N m s/rad or N s/m.
     pub damping: Field<f64>,
+    /// Of a row that bends: stiffness of each joint across its axis, N m/rad. Without it, as of a solid rod with this stiffness. Only soft rods
+    /// give way there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sideways: Option<Field<f64>>,
+    /// The same against being twisted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torsion: Option<Field<f64>>,
     /// Where it rests, and begins, rad or m; of a row from base to tip: where its springs pull it if nothing drives it. Beyond the range these
     /// press on its end.
     pub neutral: Field<f64>,

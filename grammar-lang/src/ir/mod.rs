@@ -1,6 +1,7 @@
 //! The typed rule set: what the engine runs. SI numbers, spans kept, serialisable.
 
 mod actuation;
+mod constructions;
 mod examples;
 mod expr;
 mod form;
@@ -29,6 +30,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 pub use actuation::*;
+pub use constructions::*;
 pub use examples::*;
 pub use expr::*;
 pub use form::*;

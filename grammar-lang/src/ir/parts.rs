@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer, range, shape, tabulated};
-use super::{Expr, Form, Joint, JointKind, NAMED_AXES, Table, Ty};
+use super::{Construction, Expr, Form, Joint, JointKind, NAMED_AXES, Table, Ty};
 use crate::source::Span;
 use crate::units::{self, Dimension};
 
@@ -167,6 +167,9 @@ pub struct Actuator {
     pub motor: Option<Motor>,
     /// `#rrggbb`
     pub colour: Field<String>,
+    /// How it is made, if it says so: simulations do not read it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub construction: Option<Construction>,
     /// Parameters of an instance.
     pub params: IndexMap<String, InstanceParam>,
     /// Where it is declared.
@@ -271,6 +274,9 @@ impl Writer<'_> {
             self.quantity(&names, kind.effort_field(), &motor.effort, kind.effort());
         }
         self.springs(&names, joint);
+        if let Some(construction) = &actuator.construction {
+            self.construction(construction);
+        }
         self.line(0, "}");
     }
 
@@ -300,6 +306,11 @@ impl Writer<'_> {
             self.quantity(names, "stiffness", &joint.stiffness, kind.stiffness());
         }
         self.quantity(names, "damping", &joint.damping, kind.damping());
+        for (name, across) in [("sideways", &joint.sideways), ("torsion", &joint.torsion)] {
+            if let Some(across) = across {
+                self.quantity(names, name, across, kind.stiffness());
+            }
+        }
         if joint.neutral != Field::Fixed(0.0) {
             self.quantity(names, "neutral", &joint.neutral, kind.position());
         }

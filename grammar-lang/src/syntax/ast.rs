@@ -163,8 +163,8 @@ pub enum ItemKind {
     Let(Name, Option<Vec<Typed>>, Expr),
     /// `enum NAME { names }`
     Enum(Name, Vec<Name>),
-    /// `record NAME { field : TYPE, ... }`
-    Record(Name, Vec<Typed>),
+    /// `record NAME { field : TYPE = EXPR, ... }`
+    Record(Name, Vec<RecordField>),
     /// `prefer NAME : EXPR weight EXPR because TEXT`
     Prefer {
         /// Its name, if it has one.
@@ -298,6 +298,15 @@ pub struct Typed {
     pub name: Name,
     /// Its type.
     pub ty: Name,
+}
+
+/// `NAME : TYPE`, or `NAME : TYPE = EXPR`
+#[derive(Clone, Debug)]
+pub struct RecordField {
+    /// Its name and type.
+    pub typed: Typed,
+    /// Its value where a record does not give one.
+    pub default: Option<Expr>,
 }
 
 /// A clause of an example.

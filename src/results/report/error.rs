@@ -24,6 +24,9 @@ pub enum ReportError {
         .0.display()
     )]
     NoRun(PathBuf),
+    /// The report would replace what a run needs.
+    #[error("{} is a file of a run, and the run needs it: write the report into another folder with --out", .0.display())]
+    OfRun(PathBuf),
     /// Its list of runs is empty.
     #[error("{} names no seeds", .0.display())]
     NoSeeds(PathBuf),

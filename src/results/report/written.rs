@@ -9,6 +9,7 @@ use sha2::{Digest as _, Sha256};
 use super::error::ReportError;
 use crate::reading;
 use crate::results::FileError;
+use crate::results::run_files::is_of_run;
 use crate::results::saved::hex;
 use crate::results::seal::{is_as_written_by, sealed};
 use crate::results::whole::{clear_unfinished_files, entries, is_unfinished, write_own};
@@ -51,6 +52,9 @@ impl Place<'_> {
         if let Some(folder) = &turn {
             let _ = folder.lock();
         }
+        if let Some(file) = self.needed_by_a_run(tables) {
+            return Err(ReportError::OfRun(file));
+        }
         if !force {
             self.check()?;
         }
@@ -78,6 +82,13 @@ impl Place<'_> {
             clear_unfinished_files(out);
         }
         Ok(file)
+    }
+
+    /// A file that a run needs, and that would be replaced.
+    fn needed_by_a_run(&self, tables: &[(&str, String)]) -> Option<PathBuf> {
+        let folder = fs::canonicalize(self.folder).ok()?;
+        let files = std::iter::once(PAGE).chain(tables.iter().map(|(name, _)| *name));
+        files.map(|name| folder.join(name)).find(|file| is_of_run(file))
     }
 
     /// Refuses a place where there is anything else.

@@ -342,8 +342,8 @@ fn beam(assembly: &Assembly, hinges: &[(usize, &Joint, &Dof)]) -> Result<Option<
         return Err(unfit("a row rests bent; rods are straight at rest"));
     }
     let alike = |dof: &Dof| {
-        (dof.stiffness, dof.damping, dof.effort, dof.share)
-            == (first.stiffness, first.damping, first.effort, first.share)
+        (dof.stiffness, dof.sideways, dof.torsion, dof.damping, dof.effort, dof.share)
+            == (first.stiffness, first.sideways, first.torsion, first.damping, first.effort, first.share)
             && dof.axis.dot(&first.axis) > 1.0 - ASKEW
     };
     if !hinges.iter().all(|(_, _, dof)| alike(dof)) {

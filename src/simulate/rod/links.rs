@@ -186,8 +186,8 @@ impl Link {
         let across = shear * section.shear * section.area / length;
         let stiffness = [
             bending,
-            shear * section.torsion / length,
-            young * section.sideways / length,
+            dof.torsion.map_or(shear * section.torsion / length, |torsion| torsion * times),
+            dof.sideways.map_or(young * section.sideways / length, |sideways| sideways * times),
             across,
             young * section.area / length,
             across,

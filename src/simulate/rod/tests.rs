@@ -100,6 +100,55 @@ fn a_cantilever_sags_by_the_closed_form_in_every_plane() {
     }
 }
 
+/// What a row says of its stiffness across the axis counts in place of that of a solid rod: it bends less by that factor.
+#[test]
+fn a_row_may_say_how_stiff_it_is_sideways() {
+    let (segments, mass, stiffness) = (4, 0.01, 0.1);
+    let (rigid, q) = (flexural(segments, stiffness), mass * 9.81 / LENGTH);
+    let section = Section::round(RADIUS);
+    let shear = rigid / section.driven / (2.0 * (1.0 + POISSON)) * section.shear * section.area;
+    let x = reach(segments);
+    let bending = q * x * x / (24.0 * 3.0 * rigid) * (x * x - 4.0 * LENGTH * x + 6.0 * LENGTH * LENGTH);
+    let expected = bending + q * (LENGTH * x - x * x / 2.0) / shear;
+    let mut body = arm(segments, mass, stiffness, Vector3::y());
+    each_hinge(&mut body, |dof| dof.sideways = Some(3.0 * stiffness));
+    let motion = run(8, &body, &during(3.0), &idle(1));
+    let base =
+        motion.pose(0, 3.0).unwrap().translation.vector.y - motion.pose(0, 0.0).unwrap().translation.vector.y;
+    let sag = motion.pose(segments, 0.0).unwrap().translation.vector.y + base
+        - end(&motion, &body).translation.vector.y;
+    assert!((sag / expected - 1.0).abs() < 0.01, "{sag} m, not {expected}");
+}
+
+/// A weight beside the tip twists the row by the torsion that it says, and hardly bends it.
+#[test]
+fn a_row_may_say_how_stiff_it_is_against_twisting() {
+    let (segments, torsion, side) = (4, 0.1, 0.03);
+    let mut body = arm(segments, 1e-4, 10.0, Vector3::z());
+    each_hinge(&mut body, |dof| {
+        dof.torsion = Some(torsion);
+        dof.damping = 0.2;
+    });
+    let mut weight = element(Shape::Ball { radius: 0.004 }, Translation3::new(LENGTH, 0.0, side).into());
+    weight.mass = 0.005;
+    let last = body.elements.len() - 1;
+    body.elements.push(weight);
+    body.joints.push(Joint { parent: last, child: last + 1, kind: JointKind::Rigid });
+    let motion = run(8, &body, &during(3.0), &idle(1));
+    let turned = motion.pose(0, 3.0).unwrap().rotation.inverse() * motion.pose(last, 3.0).unwrap().rotation;
+    let angle = turned.scaled_axis().x;
+    // The last segment is turned by nearly the whole angle; the lever gets shorter as it goes down.
+    let whole = (segments - 1) as f64 / torsion;
+    let due = 0.005 * 9.81 * side * libm::cos(angle) * whole * reach(segments) / LENGTH;
+    assert!((angle / due - 1.0).abs() < 0.05, "{angle} rad, not {due}");
+}
+
+fn each_hinge(body: &mut Assembly, change: impl Fn(&mut Dof)) {
+    for joint in &mut body.joints {
+        joint.kind.dofs_mut().iter_mut().for_each(&change);
+    }
+}
+
 /// What is asked to bend by an angle becomes an arc of that angle.
 #[test]
 fn a_bent_rod_is_an_arc() {

@@ -28,6 +28,8 @@ pub(crate) fn hinge(anchor: Vector3<f64>, axis: Vector3<f64>, actuator: usize) -
         share: 0.2,
         limits: (-0.8, 0.8),
         stiffness: 0.3,
+        sideways: None,
+        torsion: None,
         damping: 0.01,
         effort: 0.06,
     }

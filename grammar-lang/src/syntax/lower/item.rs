@@ -170,7 +170,7 @@ impl<'a> Lowering<'a> {
                 ItemKind::Novelty(name, inner.filter_map(|n| self.novelty_clause(n)).collect())
             }
             Rule::enum_item => ItemKind::Enum(name, parts(inner.next()?).map(|n| self.name(&n)).collect()),
-            Rule::record_item => ItemKind::Record(name, inner.filter_map(|n| self.typed(n)).collect()),
+            Rule::record_item => ItemKind::Record(name, inner.filter_map(|n| self.record_field(n)).collect()),
             Rule::task_item => ItemKind::Task(name, inner.filter_map(|n| self.item(n)).collect()),
             Rule::example_item => {
                 ItemKind::Example(name, inner.filter_map(|n| self.example_clause(n)).collect())

@@ -10,8 +10,8 @@ use pest::iterators::Pair;
 
 use super::ast::{
     Action, ActuationClause, Allow, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field,
-    ItemKind, Joint, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind,
-    State, Typed, Variable,
+    ItemKind, Joint, Link, Name, NoveltyClause, Painting, Param, Place, Port, RecordField, RuleClause,
+    RuleClauseKind, State, Typed, Variable,
 };
 use super::parser::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -174,6 +174,12 @@ impl<'a> Lowering<'a> {
     fn typed(&mut self, node: Node<'_>) -> Option<Typed> {
         let mut inner = parts(node);
         Some(Typed { name: self.name(&inner.next()?), ty: self.name(&inner.next()?) })
+    }
+
+    fn record_field(&mut self, node: Node<'a>) -> Option<RecordField> {
+        let mut inner = parts(node);
+        let typed = self.typed(inner.next()?)?;
+        Some(RecordField { typed, default: inner.next().and_then(|n| self.expr(n)) })
     }
 
     pub(super) fn novelty_clause(&mut self, node: Node<'a>) -> Option<NoveltyClause> {

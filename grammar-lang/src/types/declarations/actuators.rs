@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 
 use super::Declarations;
+use super::constructions::{BLOCKS, FIELDS};
 use super::fields::{Fields, Sign, Values, reads_params};
 use super::joints::{Owner, Row, belongs_elsewhere, called, called_here, examples, fields, says_joint};
 use crate::diagnostics::{Code, Diagnostic, Fix, respell};
@@ -28,7 +29,10 @@ impl Declarations<'_> {
             return None;
         }
         let kind = row.kind;
-        let all = fields(row);
+        let mut all = fields(row);
+        if kind == JointKind::Bend {
+            all.extend(FIELDS);
+        }
         let from = self.row_values(block, row, &all);
         let is_taken = |name: &str| PartAttribute::named(name).is_some() || all.contains(&name);
         let params = self.instance_params_of(block, &is_taken, damaged);
@@ -39,6 +43,7 @@ impl Declarations<'_> {
         let friction =
             self.varying_number(&from, "friction", Dimension::NUMBER, (Sign::NotNegative, "0.8"), &cx);
         let least = params.get("segments").and_then(|param| param.domain).map_or(2.0, |(low, _)| low);
+        let construction = self.construction(&from, segment.as_ref(), &cx);
         let joint = self.joint_of(&from, (row, axis), (least - 1.0).max(1.0), &cx);
         if let (Some(joint), Some(Field::Fixed(form))) = (&joint, &segment) {
             self.not_too_short(&from, joint, 2.0 * form.half_extents().x * least);
@@ -82,6 +87,7 @@ impl Declarations<'_> {
             joint: joint?,
             motor: motor.map(|((speed, relaxing_speed), effort)| ir::Motor { speed, relaxing_speed, effort }),
             colour: colour?,
+            construction,
             params,
             span: block.name.span,
         })
@@ -95,7 +101,7 @@ impl Declarations<'_> {
         all: &[&'static str],
     ) -> Values<'b> {
         let known = self.expressions.errors.len();
-        let allowed = Fields { all, blocks: &[] };
+        let allowed = Fields { all, blocks: &BLOCKS };
         let what = match row.of {
             Owner::Row => called(row),
             Owner::Part => "a part",

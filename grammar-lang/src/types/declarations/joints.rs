@@ -68,6 +68,9 @@ pub(super) fn own_fields(row: Row<'_>) -> Vec<&'static str> {
     if !turns_on {
         fields.push("stiffness");
     }
+    if kind == JointKind::Bend && row.of == Owner::Row {
+        fields.extend(["sideways", "torsion"]);
+    }
     fields.push("damping");
     if !turns_on && kind != JointKind::Socket {
         fields.push("neutral");
@@ -438,12 +441,22 @@ impl Declarations<'_> {
         // Damping is all that makes a driven spin turn.
         let sign = if kind == JointKind::Spin && !row.passive { Sign::Positive } else { Sign::NotNegative };
         let damping = self.varying_number(from, "damping", kind.damping(), (sign, examples.damping), cx);
+        let mut across = |name: &str| match from.values.contains_key(name) {
+            true => {
+                let sign = (Sign::Positive, examples.stiffness);
+                self.varying_number(from, name, kind.stiffness(), sign, cx).map(Some)
+            }
+            false => Some(None),
+        };
+        let (sideways, torsion) = (across("sideways"), across("torsion"));
         Some(ir::Joint {
             kind,
             axis,
             range: range?,
             stiffness: stiffness?,
             damping: damping?,
+            sideways: sideways?,
+            torsion: torsion?,
             neutral: neutral?,
             begins: begins?,
             pivot: pivot?,

@@ -3,6 +3,7 @@
 mod actuations;
 mod actuators;
 mod blocks;
+mod constructions;
 mod everyones;
 mod examples;
 mod extent;
@@ -226,10 +227,11 @@ impl<'a> Declarations<'a> {
             }
             ItemKind::Enum(name, values) => self.enumeration(name, values),
             ItemKind::Record(name, fields) => {
-                self.distinct(fields.iter().map(|f| &f.name), "field");
+                self.distinct(fields.iter().map(|f| &f.typed.name), "field");
                 // That a record is read to be checked does not mean that something uses it.
                 let used = self.expressions.touched.contains(&declaration);
                 self.expressions.type_named(name);
+                self.expressions.check_defaults(declaration, fields);
                 if !used {
                     self.expressions.touched.shift_remove(&declaration);
                 }

@@ -73,8 +73,9 @@ impl Expressions<'_> {
                             self.touched.insert(declaration);
                             return self.remembered(of_body, arguments, span, cx);
                         }
-                        ItemKind::Record(name, _) => {
-                            return self.record(name, callee.span, arguments, span, cx);
+                        ItemKind::Record(name, fields) => {
+                            let record = (declaration, fields.as_slice());
+                            return self.record((name, callee.span), record, arguments, span, cx);
                         }
                         _ => {}
                     }
@@ -516,11 +517,11 @@ impl Expressions<'_> {
         }
     }
 
-    /// `grip(force = 2 N, width = 3 mm)`: a record with a value for each field.
+    /// `grip(force = 2 N, width = 3 mm)`: a record with a value for each field that has no default.
     fn record(
         &mut self,
-        name: &ast::Name,
-        place: Span,
+        (name, place): (&ast::Name, Span),
+        (declaration, declared): (Declaration, &[ast::RecordField]),
         arguments: &[ast::Argument],
         span: Span,
         cx: &mut Context,
@@ -559,8 +560,9 @@ impl Expressions<'_> {
             return unknown;
         }
         let mut complete = Vec::new();
-        for (value, (field, _)) in values.into_iter().zip(fields) {
-            match value {
+        for (i, (value, (field, ty))) in values.into_iter().zip(fields).enumerate() {
+            let default = |own: &mut Self| own.default_of(declaration, declared.get(i)?, ty);
+            match value.or_else(|| default(self)) {
                 Some(value) => complete.push(value),
                 None => {
                     self.report(

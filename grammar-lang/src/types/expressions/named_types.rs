@@ -1,8 +1,10 @@
 //! The types that a text can name: those of the language, quantities, enumerations and records.
 
+use super::context::Context;
+use super::stage::Stage;
 use super::{DEEPEST, Expressions};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::ir::Ty;
+use crate::ir::{Expr, ExprKind, Ty};
 use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast;
@@ -90,7 +92,7 @@ impl Expressions<'_> {
         &mut self,
         declaration: Declaration,
         name: &Name,
-        fields: &[ast::Typed],
+        fields: &[ast::RecordField],
         read: Span,
     ) -> Ty {
         if let Some(known) = self.records.get(&declaration) {
@@ -104,7 +106,8 @@ impl Expressions<'_> {
         if self.open_functions.len() < DEEPEST {
             self.open_functions.push(declaration);
             self.open.push(declaration);
-            let fields = fields.iter().map(|f| (f.name.text.clone(), self.type_named(&f.ty))).collect();
+            let fields =
+                fields.iter().map(|f| (f.typed.name.text.clone(), self.type_named(&f.typed.ty))).collect();
             self.open.pop();
             self.open_functions.pop();
             ty = Ty::Record(name.text.clone(), fields);
@@ -124,6 +127,37 @@ impl Expressions<'_> {
         }
         self.records.insert(declaration, ty.clone());
         ty
+    }
+
+    /// The value of a field of a record that is not given one.
+    pub(super) fn default_of(
+        &mut self,
+        declaration: Declaration,
+        field: &ast::RecordField,
+        ty: &Ty,
+    ) -> Option<Expr> {
+        let default = field.default.as_ref()?;
+        if self.open.contains(&declaration) || self.open.len() >= DEEPEST {
+            self.circle(declaration, default.span);
+            return Some(Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span: default.span });
+        }
+        self.open.push(declaration);
+        let mut cx = Context::new(Stage::Declaration, false);
+        let value = self.expect(default, &mut cx, ty, &format!("the default of `{}`", field.typed.name.text));
+        self.open.pop();
+        Some(value)
+    }
+
+    /// Checks the defaults of a record where it is declared.
+    pub(in crate::types) fn check_defaults(&mut self, declaration: Declaration, fields: &[ast::RecordField]) {
+        for field in fields.iter().filter(|field| field.default.is_some()) {
+            let ty = self.type_named(&field.typed.ty);
+            if let Some(value) = self.default_of(declaration, field, &ty)
+                && value.ty.dimension().is_some()
+            {
+                self.constant_number(&value);
+            }
+        }
     }
 }
 

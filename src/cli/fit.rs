@@ -1,0 +1,69 @@
+//! `sgc fit`: from materials and chambers to the hinges that stand for them.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::exit;
+use super::load;
+use super::output::{self, Fault};
+use super::replace::is_not_read;
+use super::variant_file;
+use crate::fit;
+use crate::results::whole::write_whole;
+
+/// Compute stiffness, torque and bend of actuators from their material, and write them as a variant of a grammar
+///
+/// Actuators with a `material` block are computed with static finite elements: free, held straight, and bent sideways. Those with a
+/// `chamber` or a `thread` also get their torque and bend. docs/materials.md says what is assumed.
+#[derive(Args)]
+pub(super) struct Fit {
+    /// The grammar with the actuators
+    #[arg(value_name = "GRAMMAR")]
+    grammar: PathBuf,
+    /// Where to write the variant [default: GRAMMAR_fitted.sgr beside GRAMMAR]
+    #[arg(long, value_name = "FILE.sgr")]
+    out: Option<PathBuf>,
+    /// The name of the variant [default: the name of its file]
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
+}
+
+impl Fit {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let out = variant_file::target(&self.grammar, self.out.as_deref(), &self.grammar, "fitted")?;
+        let name = variant_file::name(&out, self.variant.as_deref())?;
+        variant_file::may_write(&[&out], self.force)?;
+        let (rules, _) = load::grammar(&self.grammar, &[], None)?;
+        let kinds = fit::kinds(&rules);
+        if kinds.is_empty() {
+            return Err(Fault::input(
+                "no actuator that this grammar uses says what it is made of: give one a block such as \
+                 `material { young = 0.6 MPa  poisson = 0.49  density = 1.1 g/cm^3  loss = 0.1 }`"
+                    .to_owned(),
+            ));
+        }
+        is_not_read(&out)?;
+        let mut fitted = Vec::with_capacity(kinds.len());
+        for kind in kinds {
+            output::note(&format!(
+                "`{}`: computing {} lengths; this takes some ten seconds",
+                kind.name,
+                kind.counts.len()
+            ));
+            let found = kind.fit().map_err(|e| Fault::input(e.to_string()))?;
+            fitted.push((kind, found));
+        }
+        let base = variant_file::from_folder(&self.grammar, &out)?;
+        let text = fit::variant(&name, &base, &fitted);
+        variant_file::accepted(&out, &text, "fitted")?;
+        write_whole(&out, &text).map_err(Fault::usage)?;
+        output::data(&fit::summary(&fitted))?;
+        output::note(&format!("wrote {}", out.display()));
+        output::note(&format!("next: sgc check {0}, then sgc run {0}", output::typed(&out)));
+        Ok(exit::DONE)
+    }
+}
