@@ -22,6 +22,8 @@ const ENGINE: &[&str] = &[
     "hardware",
     "results",
     "calibrate",
+    "solid",
+    "fit",
     "study",
     "testing",
     "cli",

@@ -18,6 +18,7 @@ mod docs;
 mod drive;
 mod features;
 mod files;
+mod fit;
 mod format;
 mod fronts;
 mod fuzz;

@@ -222,6 +222,16 @@ fn groups_are_compared_and_damage_is_told() {
         std::fs::remove_file(out.join("runs.csv")).unwrap();
     }
 
+    // What a run needs stays, also where it is the run of another report.
+    for place in [own.clone(), own.join("sources")] {
+        let kept = read(own.join("evals.csv"));
+        let forced = sgc(&["report", path(&one.join("seed-4")), "--force", "--out", path(&place)]);
+        assert_code(&forced, 2);
+        assert!(errors(&forced).contains("is a file of a run, and the run needs it"), "{}", errors(&forced));
+        assert_eq!(read(own.join("evals.csv")), kept);
+        assert!(!place.join("index.html").exists());
+    }
+
     // The table and the result must agree.
     let result = one.join("seed-5/result.json");
     let text = read(result.clone());

@@ -17,9 +17,9 @@ const PLATE_POISSON: f64 = 0.3;
 const STEPS: usize = 25;
 /// The longest step, and where steps end, as shares of the height.
 const LONGEST: f64 = 0.5;
-const SHORTEST: f64 = 1e-8;
+const SHORTEST: f64 = 1e-6;
 /// The share of a load that is added first, and after how many good steps a share may be twice as large again.
-const FIRST_SHARE: f64 = 0.25;
+const FIRST_SHARE: f64 = 0.125;
 const MANY_GOOD: usize = 4;
 /// The smallest share of a load that is added at once.
 const LEAST_SHARE: f64 = 1.0 / 256.0;

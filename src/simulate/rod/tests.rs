@@ -6,7 +6,7 @@ use super::Rod;
 use super::again::Again;
 use super::section::{POISSON, Section};
 use super::solver::Rods;
-use crate::design::assembly::{Assembly, Control, Dof, Element, JointKind, Shape, Travel};
+use crate::design::assembly::{Assembly, Control, Dof, Element, Joint, JointKind, Shape, Travel};
 use crate::simulate::articulated::Articulated;
 use crate::simulate::tests::bodies::{Builder, element, gait, hinge, idle, m2, m4, servo};
 use crate::simulate::tests::settings;

@@ -302,6 +302,12 @@ const JOINT: &str = "joint";
 
 /// Fields that need not be there to be set. In which blocks they mean something, the checker knows.
 const MAY_BE_LEFT_OUT: &[&str] = &[
+    "sideways",
+    "torsion",
+    "material",
+    "offset",
+    "winding",
+    "sheet",
     "colour",
     "walk",
     "chains",
