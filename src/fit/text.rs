@@ -58,13 +58,11 @@ fn actuator(out: &mut String, kind: &Constructed, fitted: &Fitted) {
             set("stiffness", &format!("{} * {} N*m/rad / ({bend})", hinges(kind), digits(torque)));
         }
         None => {
-            let compliance = line(kind, fitted.compliance, 1.0, "rad^2/(N*m)");
-            set("stiffness", &format!("{} / ({compliance})", hinges(kind)));
+            set("stiffness", &inverse(kind, fitted.compliance));
         }
     }
     for (field, law) in [("sideways", fitted.sideways), ("torsion", fitted.twist)] {
-        let compliance = line(kind, law, 1.0, "rad^2/(N*m)");
-        set(field, &format!("{} / ({compliance})", hinges(kind)));
+        set(field, &inverse(kind, law));
     }
     let lag = kind.construction.material.loss / (2.0 * PI * CYCLES);
     set("damping", &format!("stiffness * {} ms", digits(1000.0 * lag)));
@@ -84,7 +82,7 @@ fn about(kind: &Constructed, fitted: &Fitted) -> String {
     let mut out = format!(
         "`{}`: rubber with a Young's modulus of {} and a Poisson's ratio of {}, glued to rigid blocks at both ends; computed with {} segments.",
         kind.name,
-        units::shown(material.young, Dimension::PRESSURE),
+        megapascal(material.young),
         material.poisson,
         counts.join(", "),
     );
@@ -92,7 +90,7 @@ fn about(kind: &Constructed, fitted: &Fitted) -> String {
         let _ = write!(
             out,
             " Values for other numbers of segments lie on the line through the first and the last; that in the middle differs from it by up to {} %.",
-            digits(100.0 * fitted.off)
+            digits(libm::ceil(1000.0 * fitted.off) / 10.0)
         );
     }
     out
@@ -128,14 +126,25 @@ fn cases(kind: &Constructed, fitted: &Fitted) -> Vec<String> {
     out
 }
 
+/// The stiffness of each hinge as an expression, from the compliance of the whole.
+fn inverse(kind: &Constructed, compliance: Law) -> String {
+    format!("{} * 1 N*m/rad^2 / ({})", hinges(kind), line(kind, compliance, 1.0, ""))
+}
+
 /// A line over the length as an expression of the number of segments, in a unit of which `scale` make one SI unit.
 fn line(kind: &Constructed, law: Law, scale: f64, unit: &str) -> String {
+    let number = |x: f64| format!("{} {unit}", digits(x)).trim_end().to_owned();
     if !kind.varies {
-        return format!("{} {unit}", digits(scale * law.at(kind.length(2))));
+        return number(scale * law.at(kind.length(2)));
     }
     let (slope, base) = (scale * law.slope * kind.segment, scale * law.base);
     let sign = if base < 0.0 { "-" } else { "+" };
-    format!("segments * {} {unit} {sign} {} {unit}", digits(slope), digits(base.abs()))
+    format!("segments * {} {sign} {}", number(slope), number(base.abs()))
+}
+
+/// A Young's modulus in words.
+fn megapascal(young: f64) -> String {
+    format!("{} MPa", digits(1e-6 * young))
 }
 
 /// How many hinges an actuator has.
