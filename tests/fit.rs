@@ -7,7 +7,8 @@ use crate::support::{said, sgc};
 /// A grammar with one finger; `made` says how it is made.
 fn write(folder: &Path, name: &str, segment: &str, made: &str) {
     let text = format!(
-        "use std.blocks     {{ cube }}
+        "grammar {}
+use std.blocks     {{ cube }}
 use std.actuation  {{ bezier_pac }}
 use std.objectives {{ travel, fall }}
 use std.models     {{ hinge_model }}
@@ -39,7 +40,8 @@ actuate  finger with bezier_pac
 simulate hinge_model for 1 s
 search   nested_annealing
 maximize travel - fall in cm
-"
+",
+        name.trim_end_matches(".sgr")
     );
     std::fs::write(folder.join(name), text).unwrap();
 }

@@ -86,7 +86,8 @@ fn about(kind: &Constructed, fitted: &Fitted) -> String {
         material.poisson,
         counts.join(", "),
     );
-    if kind.counts.len() > 1 {
+    // Two points are always on a line.
+    if kind.counts.len() > 2 {
         let _ = write!(
             out,
             " Values for other numbers of segments lie on the line through the first and the last; that in the middle differs from it by up to {} %.",
