@@ -14,7 +14,7 @@ use crate::results::whole::write_whole;
 
 /// Compute stiffness, torque and bend of actuators from their material, and write them as a variant of a grammar
 ///
-/// Actuators with a `material` block are computed with static finite elements: free, held straight, and bent sideways. Those with a
+/// Actuators that name their `material` are computed with static finite elements: free, held straight, and bent sideways. Those with a
 /// `chamber` or a `thread` also get their torque and bend. docs/materials.md says what is assumed.
 #[derive(Args)]
 pub(super) struct Fit {

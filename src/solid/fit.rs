@@ -14,6 +14,8 @@ const FINENESS: usize = 1;
 const LITTLE: f64 = 0.01;
 /// The tip is held to so many rad.
 const HELD: f64 = 1e-5;
+/// rad
+const TURN: f64 = 2.0 * std::f64::consts::PI;
 /// Shares of the load at which the bend is recorded.
 const SHARES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 
@@ -120,9 +122,13 @@ fn one(casting: &Casting, load: Load) -> Result<Cases, Lost> {
     let compliance = unloaded(TipMotion::Bend)?;
     let (mut curve, mut blocked) = (Vec::new(), 0.0);
     if load != Load::default() {
+        let mut bend = 0.0;
         solid.loaded(load, &mut |share, state| {
+            // Beyond half a turn it goes on from what it was.
+            let within = solid.bend(state);
+            bend = within + TURN * libm::round((bend - within) / TURN);
             if SHARES.contains(&share) {
-                curve.push((share, solid.bend(state)));
+                curve.push((share, bend));
             }
         })?;
         blocked = held(&solid, load, compliance)?;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use super::section::{Hole, Outline};
 use super::statics::{ElasticBody, Lost, TipMotion};
-use super::{Casting, Load};
+use super::{Casting, Load, fit};
 
 const SQUARE: Outline = Outline::Box { width: 16e-3, height: 16e-3 };
 
@@ -149,4 +149,14 @@ fn a_chamber_without_a_winding_balloons() {
         matches!(lost, Lost::Buckles(share) | Lost::Diverges(share) if share > 0.3 && share < 0.9),
         "{lost:?}"
     );
+}
+
+#[test]
+fn a_long_finger_bends_beyond_half_a_turn() {
+    let casting = Casting { thread: 6e-3, young: 0.3e6, ..beam(Outline::Round { radius: 9e-3 }, 0.0) };
+    let fitted = fit(&casting, Load { pull: 6.0, ..Load::default() }, &[0.1, 0.15, 0.2]).unwrap();
+    let driven = fitted.driven.unwrap();
+    assert!(driven.bend.at(0.2) > 3.5, "{driven:?}");
+    assert!(driven.curve.windows(2).all(|pair| pair[0].1 < pair[1].1), "{driven:?}");
+    assert!(fitted.off < 0.02, "{}", fitted.off);
 }

@@ -69,6 +69,7 @@ mod periods;
 mod places;
 mod pointless;
 mod rewarded;
+mod rival_preferences;
 mod said_twice;
 mod same_patterns;
 mod same_port;
@@ -198,6 +199,7 @@ const POINTLESS: &[Lint] = &[
     pointless::check,
     constant_if::check,
     excludes_nothing::check,
+    rival_preferences::check,
     always_zero::check,
     says_nothing::check,
     never_given::check,
