@@ -100,3 +100,29 @@ fn what_cannot_be_fitted_says_why_and_writes_nothing() {
         assert!(!folder.join(format!("{name}_fitted.sgr")).exists());
     }
 }
+
+/// A bar that bends about y is the same bar as one that is turned by a quarter and bends about z.
+#[test]
+fn the_axis_of_the_hinges_says_which_side_is_the_height() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut values = Vec::new();
+    for (name, segment, axis) in [("z", "box(2 cm, 16 mm, 4 mm)", "z"), ("y", "box(2 cm, 4 mm, 16 mm)", "y")]
+    {
+        let file = format!("about_{name}.sgr");
+        write(folder, &file, segment, &format!("joint = bend about {axis}  material = ecoflex_30"));
+        let output = sgc(folder, &["fit", &file]);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        let text = std::fs::read_to_string(folder.join(format!("about_{name}_fitted.sgr"))).unwrap();
+        let number = |field: &str| -> f64 {
+            let line = text.split(&format!("set finger.{field}")).nth(1).unwrap().split(')').nth(1).unwrap();
+            line.rsplit("segments * ").next().unwrap().split(' ').next().unwrap().parse().unwrap()
+        };
+        values.push([number("stiffness"), number("sideways"), number("torsion")]);
+    }
+    for (about_z, about_y) in values[0].iter().zip(&values[1]) {
+        assert!((about_z / about_y - 1.0).abs() < 0.02, "{values:?}");
+    }
+    // The side of 16 mm against the side of 4 mm.
+    assert!((values[0][1] / values[0][0] / 16.0 - 1.0).abs() < 0.1, "{values:?}");
+}

@@ -32,7 +32,7 @@ page() { echo "- [$(title "$site/src/$1")]($1)"; }
   echo "- [What findings mean]()"
   for file in "$site"/src/codes/*.md; do echo "  $(page "codes/$(basename "$file")")"; done
   echo "# Physics and hardware"
-  for page in physics materials calibration hardware gaits novelty experiments; do page "$page.md"; done
+  for page in physics particles materials calibration hardware gaits novelty experiments; do page "$page.md"; done
   echo "# The project"
   for page in ARCHITECTURE CONTRIBUTING CHANGELOG SECURITY; do page "$page.md"; done
 } > "$site/src/SUMMARY.md"

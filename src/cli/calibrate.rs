@@ -99,6 +99,8 @@ impl Calibrate {
         for warning in findings.iter().flat_map(|finding| &finding.warnings) {
             output::note(&format!("warning: {warning}"));
         }
+        // Somebody may have written there in the meantime.
+        variant_file::may_write(&[&out, &page], self.force)?;
         write_whole(&page, &calibrate::page::page(&variant, &base, &file, &findings))
             .map_err(Fault::usage)?;
         write_whole(&out, &text).map_err(Fault::usage)?;

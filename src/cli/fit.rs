@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use grammar_lang::units::{Dimension, shown};
 
 use super::exit;
 use super::load;
@@ -41,25 +42,32 @@ impl Fit {
         let kinds = fit::kinds(&rules);
         if kinds.is_empty() {
             return Err(Fault::input(
-                "no actuator that this grammar uses says what it is made of: give one a block such as \
-                 `material { young = 0.6 MPa  poisson = 0.49  density = 1.1 g/cm^3  loss = 0.1 }`"
+                "no actuator that this grammar uses says what it is made of: add a line such as \
+                 `material = dragon_skin_30` to it, and `use std.materials { dragon_skin_30 }` to the grammar"
                     .to_owned(),
             ));
         }
         is_not_read(&out)?;
+        let base = variant_file::from_folder(&self.grammar, &out)?;
         let mut fitted = Vec::with_capacity(kinds.len());
         for kind in kinds {
+            let lengths: Vec<String> =
+                kind.counts.iter().map(|count| shown(kind.length(*count), Dimension::LENGTH)).collect();
             output::note(&format!(
-                "`{}`: computing {} lengths; this takes some ten seconds",
+                "`{}`: computing a length of {}; this takes from seconds to minutes",
                 kind.name,
-                kind.counts.len()
+                lengths.join(", then ")
             ));
-            let found = kind.fit().map_err(|e| Fault::input(e.to_string()))?;
+            let done = |length: f64| {
+                output::note(&format!("`{}`: {} done", kind.name, shown(length, Dimension::LENGTH)))
+            };
+            let found = kind.fit(&done).map_err(|e| Fault::input(e.to_string()))?;
             fitted.push((kind, found));
         }
-        let base = variant_file::from_folder(&self.grammar, &out)?;
         let text = fit::variant(&name, &base, &fitted);
         variant_file::accepted(&out, &text, "fitted")?;
+        // Somebody may have written there in the meantime.
+        variant_file::may_write(&[&out], self.force)?;
         write_whole(&out, &text).map_err(Fault::usage)?;
         output::data(&fit::summary(&fitted))?;
         output::note(&format!("wrote {}", out.display()));

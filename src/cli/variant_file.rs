@@ -25,6 +25,13 @@ pub(super) fn target(
     }
     let stem = grammar.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let out = out.map_or_else(|| beside.with_file_name(format!("{stem}_{ending}.sgr")), Path::to_path_buf);
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        return Err(Fault::usage(format!("there is no folder {}", folder.display())));
+    }
+    if out.is_dir() {
+        return Err(Fault::usage(format!("{} is a folder; write --out NAME.sgr", out.display())));
+    }
     if out.extension().is_none_or(|e| e != "sgr") {
         return Err(Fault::usage(format!("{} does not end with .sgr; write --out NAME.sgr", out.display())));
     }

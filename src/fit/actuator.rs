@@ -4,8 +4,10 @@ use grammar_lang::ir::{self, BentBy, Construction, ExprKind, Field, RuleSet};
 use grammar_lang::shape::Shape;
 use grammar_lang::units::{self, Dimension};
 
-use crate::solid::{Casting, Fitted, Hole, Load, Lost, Outline, fit};
+use crate::solid::{Casting, Fitted, Hole, Load, Lost, Outline, UnderLoad, fit};
 
+/// Actuators that are so many times as long as high are not computed: they need too many layers, and formulas are exact for them.
+const SLIMMEST: f64 = 100.0;
 /// The longest actuators that are computed have so many segments more than the shortest: beyond, lines are extended.
 const FURTHER: usize = 4;
 
@@ -26,6 +28,8 @@ pub struct Constructed {
     pub varies: bool,
     /// Whether it bends to both sides.
     pub both: bool,
+    /// Whether it is made bent.
+    rests_bent: bool,
     casting: Casting,
 }
 
@@ -48,7 +52,10 @@ fn kind(name: &str, actuator: &ir::Actuator) -> Option<Constructed> {
     let construction = actuator.construction?;
     let (outline, segment) = match actuator.segment.fixed()?.shape {
         Shape::Cylinder { radius, half_length } => (Outline::Round { radius }, 2.0 * half_length),
-        Shape::Box { half } => (Outline::Box { width: 2.0 * half.z, height: 2.0 * half.y }, 2.0 * half.x),
+        Shape::Box { half } => {
+            let [width, height] = ir::across(&actuator.joint.axis, [half.x, half.y, half.z])?;
+            (Outline::Box { width: 2.0 * width, height: 2.0 * height }, 2.0 * half.x)
+        }
         Shape::Ball { .. } | Shape::Capsule { .. } => return None,
     };
     let material = construction.material;
@@ -98,25 +105,54 @@ fn kind(name: &str, actuator: &ir::Actuator) -> Option<Constructed> {
         mass: material.density * area * segment,
         counts,
         varies: param.is_some(),
+        rests_bent: actuator.joint.neutral != Field::Fixed(0.0),
         both: both && matches!(construction.bent_by, Some(BentBy::Thread(_))),
         casting,
     })
 }
 
 impl Constructed {
-    /// Computes its load cases.
-    pub fn fit(&self) -> Result<Fitted, NotFitted> {
+    /// Computes its load cases. `done` is told when those of a length (m) are.
+    pub fn fit(&self, done: &(dyn Fn(f64) + Sync)) -> Result<Fitted, NotFitted> {
         let load = match self.construction.bent_by {
             Some(BentBy::Chamber(chamber)) => Load { pressure: chamber.pressure, ..Load::default() },
             Some(BentBy::Thread(thread)) => Load { pull: thread.pull, ..Load::default() },
             None => Load::default(),
         };
-        let lengths: Vec<f64> = self.counts.iter().map(|count| *count as f64 * self.segment).collect();
-        fit(&self.casting, load, &lengths).map_err(|(length, lost)| NotFitted {
+        let unfit = |length: f64, reason: String| NotFitted {
             name: self.name.clone(),
             segments: (length / self.segment).round() as usize,
-            reason: self.explained(lost),
-        })
+            reason,
+        };
+        let lengths: Vec<f64> = self.counts.iter().map(|count| self.length(*count)).collect();
+        let longest = lengths.last().copied().unwrap_or(0.0);
+        let height = self.casting.outline.height();
+        if self.rests_bent {
+            return Err(unfit(
+                longest,
+                "it is made bent (`neutral`), and only straight actuators can be computed".to_owned(),
+            ));
+        }
+        if longest > SLIMMEST * height {
+            return Err(unfit(
+                longest,
+                format!(
+                    "it is more than {SLIMMEST} times as long as high: use the formulas of `std.materials`"
+                ),
+            ));
+        }
+        let fitted = fit(&self.casting, load, &lengths, done)
+            .map_err(|(length, lost)| unfit(length, self.explained(lost)))?;
+        let is_backward = |driven: &UnderLoad| {
+            lengths.iter().any(|length| driven.bend.at(*length) <= 0.0 || driven.blocked.at(*length) <= 0.0)
+        };
+        match &fitted.driven {
+            Some(driven) if is_backward(driven) => Err(unfit(
+                longest,
+                "its load bends it backwards; change the sign of the chamber's `offset`".to_owned(),
+            )),
+            _ => Ok(fitted),
+        }
     }
 
     /// Why there is no equilibrium, and what to do.

@@ -158,6 +158,9 @@ fn digits(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
     }
+    if !(1e-6..1e9).contains(&x.abs()) {
+        return format!("{x:.3e}");
+    }
     let decimals = (DIGITS - 1 - libm::floor(libm::log10(x.abs())) as i32).max(0);
     let text = format!("{:.*}", decimals as usize, x);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }

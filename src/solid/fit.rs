@@ -82,10 +82,20 @@ struct Cases {
 }
 
 /// Computes the load cases of an actuator at these lengths (m), in ascending order. `Err` has the length at which it failed.
-pub fn fit(casting: &Casting, load: Load, lengths: &[f64]) -> Result<Fitted, (f64, Lost)> {
+/// `done` is told each length that is computed.
+pub fn fit(
+    casting: &Casting,
+    load: Load,
+    lengths: &[f64],
+    done: &(dyn Fn(f64) + Sync),
+) -> Result<Fitted, (f64, Lost)> {
     let cases: Result<Vec<Cases>, (f64, Lost)> = lengths
         .par_iter()
-        .map(|&length| one(&Casting { length, ..*casting }, load).map_err(|lost| (length, lost)))
+        .map(|&length| {
+            let cases = one(&Casting { length, ..*casting }, load).map_err(|lost| (length, lost))?;
+            done(length);
+            Ok(cases)
+        })
         .collect();
     let cases = cases?;
     let (Some(first), Some(last)) = (cases.first(), cases.last()) else {
@@ -158,7 +168,7 @@ fn held(solid: &ElasticBody, load: Load, compliance: f64) -> Result<f64, Lost> {
             return Ok(moment);
         }
         moment += bend / solid.compliance(&found, held, TipMotion::Bend)?;
-        if !(moment.abs() < 100.0 * first.abs()) {
+        if moment.is_nan() || moment.abs() > 100.0 * first.abs() {
             return Err(Lost::Diverges(1.0));
         }
         (state, known) = (found, held);

@@ -1,7 +1,9 @@
-//! Objectives that no motion can gain by whose two halves mirror each other.
+//! What no motion can do whose two halves mirror each other: gain by some objectives, and steer.
 
 use grammar_lang::diagnostics::Diagnostic;
-use grammar_lang::ir::{Attribute, Axis, Direction, ElementAttribute, Expr, ExprKind, Symmetry};
+use grammar_lang::ir::{
+    Actuation, Attribute, Axis, Direction, ElementAttribute, Expr, ExprKind, Function, Symmetry,
+};
 
 use super::aims::gained;
 use super::{Moved, Trial, Trials, odd};
@@ -98,6 +100,58 @@ pub(super) fn against_each_other(trials: &Trials<'_>) -> Option<Diagnostic> {
             .label("an image always turns the other way than its original")
             .help("an image is mirrored already: with the same speed, the wheels of both sides roll forward together"),
     )
+}
+
+/// Drives that react to a heading in the same way on both sides: the halves go on mirroring each other, and nothing turns the robot back.
+pub(super) fn steers_alike(trials: &Trials<'_>) -> Option<Diagnostic> {
+    let rules = trials.whole;
+    // The mirror stands upright unless its normal is y.
+    if !matches!(rules.symmetry, Symmetry::Mirror(normal) if normal != 1) {
+        return None;
+    }
+    let is_in_pairs = |trial: &Trial<'_>| {
+        let candidate = trial.drive.candidate();
+        let parts = &candidate.design().parts;
+        let original = |id| parts.get(id).and_then(|part| part.image_of);
+        let actuators = &candidate.body.actuators;
+        parts.values().all(|part| !part.alone)
+            && actuators.iter().all(|id| {
+                original(id).is_some() || actuators.iter().any(|other| original(other) == Some(*id))
+            })
+    };
+    if !trials.trials.iter().all(is_in_pairs) || rules.actuations.values().any(knows_its_side) {
+        return None;
+    }
+    let is_heading = |e: &Expr| match &e.kind {
+        ExprKind::Call(Function::Heading, _) => true,
+        ExprKind::Sensor(name, _) => rules.sensors.get(name).is_some_and(|sensor| {
+            sensor.value.any(&mut |e| matches!(e.kind, ExprKind::Call(Function::Heading, _)))
+        }),
+        _ => false,
+    };
+    let is_even =
+        |value: &Expr| value.any(&mut |e| matches!(e.kind, ExprKind::Call(Function::Cos | Function::Abs, _)));
+    let mut values = rules.actuations.values().flat_map(Actuation::values);
+    let value = values.find(|value| value.any(&mut |e| is_heading(e)) && !is_even(value))?;
+    Some(
+        odd(value.span, "both sides of the robot react alike to its heading".to_owned())
+            .label("an image does what its original does, so nothing turns the robot back")
+            .help("let the sign differ between the sides: multiply the heading by `(if a.image > 0 then -1 else 1)`"),
+    )
+}
+
+/// Whether an actuator of one side may do something else than that of the other.
+fn knows_its_side(actuation: &Actuation) -> bool {
+    let reads_itself = |value: &Expr| {
+        value.any(&mut |e| match &e.kind {
+            ExprKind::Attribute(of, attribute) => {
+                of.kind == ExprKind::Local(0) && !matches!(attribute, Attribute::Track(_))
+            }
+            _ => false,
+        })
+    };
+    let begun = actuation.states.iter().map(|state| &state.from);
+    !actuation.actions.is_empty() || actuation.values().chain(begun).any(reads_itself)
 }
 
 fn reads(value: &Expr, wanted: &Attribute) -> bool {

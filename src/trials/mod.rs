@@ -173,6 +173,7 @@ impl<'r> Trials<'r> {
         found.extend(loads::check(self));
         found.extend(mirrored::check(self));
         found.extend(mirrored::against_each_other(self));
+        found.extend(mirrored::steers_alike(self));
         found.extend(variables::check(self));
         if found.is_empty() {
             found.extend(aims::check(self));

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Field;
 use super::text::Writer;
 use crate::units::{Dimension, shown};
 
@@ -75,6 +76,21 @@ pub struct Thread {
     pub offset: f64,
     /// The greatest pull, N.
     pub pull: f64,
+}
+
+/// How far a section with these half sizes (along x, y, z of a row) goes along the axis of its hinges, and across it, where it bends to;
+/// none if the axis is neither z nor y.
+#[must_use]
+pub fn across(axis: &Field<[f64; 3]>, half: [f64; 3]) -> Option<[f64; 2]> {
+    let [x, y, z] = *axis.fixed()?;
+    let [_, along_y, along_z] = half;
+    if x == 0.0 && y == 0.0 {
+        Some([along_z, along_y])
+    } else if x == 0.0 && z == 0.0 {
+        Some([along_y, along_z])
+    } else {
+        None
+    }
 }
 
 impl Writer<'_> {

@@ -43,7 +43,7 @@ impl Declarations<'_> {
         let friction =
             self.varying_number(&from, "friction", Dimension::NUMBER, (Sign::NotNegative, "0.8"), &cx);
         let least = params.get("segments").and_then(|param| param.domain).map_or(2.0, |(low, _)| low);
-        let construction = self.construction(&from, segment.as_ref(), &cx);
+        let construction = self.construction(&from, (segment.as_ref(), &axis), &cx);
         let joint = self.joint_of(&from, (row, axis), (least - 1.0).max(1.0), &cx);
         if let (Some(joint), Some(Field::Fixed(form))) = (&joint, &segment) {
             self.not_too_short(&from, joint, 2.0 * form.half_extents().x * least);

@@ -4,7 +4,7 @@ use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Value;
-use crate::ir::{BentBy, Chamber, Construction, Field, Form, Hole, Material, Thread, Ty};
+use crate::ir::{self, BentBy, Chamber, Construction, Field, Form, Hole, Material, Thread, Ty};
 use crate::shape::Shape;
 use crate::source::Span;
 use crate::syntax::ast;
@@ -45,7 +45,7 @@ impl Declarations<'_> {
     pub(super) fn construction(
         &mut self,
         from: &Values<'_>,
-        segment: Option<&Field<Form>>,
+        (segment, axis): (Option<&Field<Form>>, &Field<[f64; 3]>),
         cx: &Context,
     ) -> Option<Construction> {
         let group = |name: &str| from.groups.get(name).copied();
@@ -73,7 +73,7 @@ impl Declarations<'_> {
                 .help("keep the one that bends it"),
             );
         }
-        let section = self.section(name.span, segment);
+        let section = self.section(name.span, segment, axis);
         let material = self.material(tree, cx);
         let drive = if let Some(block) = chamber {
             let values = self.values(block, "a chamber", CHAMBER);
@@ -92,13 +92,24 @@ impl Declarations<'_> {
     }
 
     /// The section of a row, if elements can stand for it.
-    fn section(&mut self, place: Span, segment: Option<&Field<Form>>) -> Option<RowSection> {
+    fn section(
+        &mut self,
+        place: Span,
+        segment: Option<&Field<Form>>,
+        axis: &Field<[f64; 3]>,
+    ) -> Option<RowSection> {
         let (message, help) = match segment? {
             Field::Fixed(Form { shape: Shape::Cylinder { radius, .. }, .. }) => {
                 return Some(RowSection { half: [*radius; 2], is_round: true });
             }
             Field::Fixed(Form { shape: Shape::Box { half }, .. }) => {
-                return Some(RowSection { half: [half[2], half[1]], is_round: false });
+                if let Some([width, height]) = ir::across(axis, [half.x, half.y, half.z]) {
+                    return Some(RowSection { half: [width, height], is_round: false });
+                }
+                (
+                    "of boxes that bend askew",
+                    "let the joint bend about z or about y, or write the segment as a cylinder, or leave `material` out",
+                )
             }
             Field::Fixed(_) => (
                 "of other shapes than boxes and cylinders",
@@ -245,6 +256,19 @@ impl Declarations<'_> {
                 Diagnostic::new(Code::OUT_OF_DOMAIN, place, "a cylinder has no flat side for a sheet")
                     .label("not possible here")
                     .help("move the chamber off the axis with `offset`, or make the segment a box"),
+            );
+            return None;
+        }
+        if offset < 0.0 && sheet == 0.0 {
+            let place = from.values.get("offset").map_or(from.place(), |(_, tree)| tree.span);
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    place,
+                    "air in this chamber bends the actuator backwards",
+                )
+                .label("a positive `offset` is away from the side to which it bends")
+                .help("write the offset without its minus sign, and turn the actuator where it is attached"),
             );
             return None;
         }
