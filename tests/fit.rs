@@ -1,6 +1,8 @@
 //! `sgc fit`: from a material to a variant that is checked.
 
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 use crate::support::{said, sgc};
 
@@ -69,6 +71,24 @@ fn a_thread_bends_a_finger_of_a_material_and_the_variant_is_checked() {
     let output = sgc(folder, &["fit", "finger.sgr"]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
     assert!(said(&output).contains("finger_fitted.sgr exists already"), "{}", said(&output));
+    // What somebody writes there while it computes stays.
+    let late = folder.join("late.sgr");
+    let mut running = Command::new(env!("CARGO_BIN_EXE_sgc"))
+        .args(["fit", "finger.sgr", "--out", "late.sgr"])
+        .current_dir(folder)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(running.stderr.take().unwrap());
+    let mut told = String::new();
+    while !told.contains("computing a length of") {
+        assert!(lines.read_line(&mut told).unwrap() > 0, "{told}");
+    }
+    std::fs::write(&late, "mine").unwrap();
+    let mut rest = String::new();
+    lines.read_to_string(&mut rest).unwrap();
+    assert_eq!(running.wait().unwrap().code(), Some(2), "{rest}");
+    assert_eq!(std::fs::read_to_string(&late).unwrap(), "mine");
     // What is fitted once more comes to the same.
     let output = sgc(folder, &["fit", "finger_fitted.sgr", "--out", "again.sgr", "--variant", "again"]);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));

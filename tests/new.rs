@@ -72,3 +72,18 @@ fn a_name_that_cannot_be_is_refused_with_one_that_can() {
     assert!(said(&output).contains("walker"), "{}", said(&output));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing was written");
 }
+
+/// Who made a file read-only wants to keep it.
+#[test]
+fn a_read_only_file_stays_also_by_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("walker.sgr");
+    std::fs::write(&path, "mine").unwrap();
+    let mut permissions = std::fs::metadata(&path).unwrap().permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(&path, permissions).unwrap();
+    let output = sgc(folder.path(), &["new", "walker", "--force"]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("is read-only"), "{}", said(&output));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
+}

@@ -7,7 +7,7 @@ use clap::Args;
 use super::exit;
 use super::load;
 use super::output::{self, Fault};
-use super::replace::is_not_read;
+use super::replace::may_replace;
 use super::variant_file;
 use crate::calibrate::variant::Named;
 use crate::calibrate::{self, Problem};
@@ -85,7 +85,7 @@ impl Calibrate {
             sources.iter().any(|(_, source)| has_word(&source.text, name))
         });
         for file in [&out, &page] {
-            is_not_read(file)?;
+            may_replace(file)?;
         }
         let base = variant_file::from_folder(&self.grammar, &out)?;
         let file = self.measurements.file_name().unwrap_or_default().to_string_lossy();

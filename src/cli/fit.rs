@@ -8,7 +8,7 @@ use grammar_lang::units::{Dimension, shown};
 use super::exit;
 use super::load;
 use super::output::{self, Fault};
-use super::replace::is_not_read;
+use super::replace::may_replace;
 use super::variant_file;
 use crate::fit;
 use crate::results::whole::write_whole;
@@ -47,7 +47,7 @@ impl Fit {
                     .to_owned(),
             ));
         }
-        is_not_read(&out)?;
+        may_replace(&out)?;
         let base = variant_file::from_folder(&self.grammar, &out)?;
         let mut fitted = Vec::with_capacity(kinds.len());
         for kind in kinds {

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 
 use super::exit;
 use super::output::{self, Fault};
-use super::replace::is_not_read;
+use super::replace::may_replace;
 use crate::document::is_name;
 use crate::results::whole::write_whole;
 
@@ -72,7 +72,7 @@ impl New {
                 path.display()
             )));
         }
-        is_not_read(&path)?;
+        may_replace(&path)?;
         write_whole(&path, &self.from.text().replace(PLACEHOLDER, name)).map_err(Fault::usage)?;
         output::data(&format!("{}\n", path.display()))?;
         output::note(&format!(

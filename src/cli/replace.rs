@@ -29,7 +29,7 @@ impl Replace {
     /// [`Fault`] if something else is there, if it is one of the files that this command has read, or if the file
     /// cannot be written.
     pub(super) fn write(self, out: &Path, text: &str) -> Result<(), Fault> {
-        is_not_read(out)?;
+        may_replace(out)?;
         let is_the_same = || reading::to_replace(out).is_ok_and(|there| there == text.as_bytes());
         if !self.force && is_there(out) && !is_the_same() {
             return Err(refused(out, "it is not what this command would write"));
@@ -50,7 +50,7 @@ impl Replace {
 
     /// Refuses to replace a page, a drawing or a model that is not as this command of sgc wrote it.
     pub(super) fn may_write_sealed(self, out: &Path, command: &str) -> Result<(), Fault> {
-        is_not_read(out)?;
+        may_replace(out)?;
         if self.force || !is_there(out) || is_as_written_by(out, command) {
             return Ok(());
         }
@@ -64,8 +64,8 @@ fn is_there(out: &Path) -> bool {
     fs::symlink_metadata(out).is_ok() && (out.is_file() || !out.exists())
 }
 
-/// Refuses to write over what the command has read, or what a run needs: nothing else holds it.
-pub(super) fn is_not_read(out: &Path) -> Result<(), Fault> {
+/// Refuses to write over what is read-only, what the command has read, and what a run needs: nothing else holds it.
+pub(super) fn may_replace(out: &Path) -> Result<(), Fault> {
     let place = fs::canonicalize(out).unwrap_or_else(|_| out.to_owned());
     if fs::metadata(&place).is_ok_and(|there| there.is_file() && there.permissions().readonly()) {
         return Err(Fault::usage(format!(

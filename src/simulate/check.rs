@@ -97,7 +97,7 @@ pub(super) fn assembly(assembly: &Assembly) -> Result<(), Unfit> {
     })?;
     need(count <= MOST_ELEMENTS, || {
         format!(
-            "it has {count} elements (blocks, and segments of actuators), and these solvers take at most {MOST_ELEMENTS}: each pair              of them needs memory; use fewer parts or segments"
+            "it has {count} elements (blocks, and segments of actuators), and these solvers take at most {MOST_ELEMENTS}: each pair of them needs memory; use fewer parts or segments"
         )
     })?;
     for (index, part) in assembly.elements.iter().enumerate() {

@@ -16,6 +16,8 @@ const LITTLE: f64 = 0.01;
 const HELD: f64 = 1e-5;
 /// rad
 const TURN: f64 = 2.0 * std::f64::consts::PI;
+/// So many corrections of the moment that holds the tip: three or four are enough.
+const CORRECTIONS: usize = 30;
 /// Shares of the load at which the bend is recorded.
 const SHARES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 
@@ -66,8 +68,6 @@ pub struct UnderLoad {
     pub blocked: Law,
     /// Shares of the load with the bend (rad) of the longest actuator that was computed, free.
     pub curve: Vec<(f64, f64)>,
-    /// How long that actuator is, m.
-    pub length: f64,
 }
 
 /// What one length comes to.
@@ -119,7 +119,6 @@ pub fn fit(
             bend: law(|c| c.bend),
             blocked: law(|c| c.blocked),
             curve: last.curve.clone(),
-            length: last.length,
         }),
     })
 }
@@ -160,7 +159,7 @@ fn held(solid: &ElasticBody, load: Load, compliance: f64) -> Result<f64, Lost> {
     let first = solid.bend(&solid.equilibrium(&solid.rest(), little)?) / LITTLE / compliance;
     let mut moment = first;
     let (mut state, mut known) = (solid.rest(), Load::default());
-    loop {
+    for _ in 0..CORRECTIONS {
         let held = Load { moment: -moment, ..load };
         let found = solid.moved((&state, known), held, &mut |_, _| {})?;
         let bend = solid.bend(&found);
@@ -173,4 +172,5 @@ fn held(solid: &ElasticBody, load: Load, compliance: f64) -> Result<f64, Lost> {
         }
         (state, known) = (found, held);
     }
+    Err(Lost::Diverges(1.0))
 }

@@ -2,8 +2,12 @@
 
 use std::f64::consts::PI;
 
+use nalgebra::Vector3;
+
+use super::rubber::{Forces, Moduli, Points, Stiffness};
 use super::section::{Hole, Outline};
 use super::statics::{ElasticBody, Lost, TipMotion};
+use super::surface::{self, FaceForces, FaceStiffness, Fibres};
 use super::{Casting, Load, fit};
 
 const SQUARE: Outline = Outline::Box { width: 16e-3, height: 16e-3 };
@@ -158,4 +162,75 @@ fn a_long_finger_bends_beyond_half_a_turn() {
     assert!(driven.bend.at(0.2) > 3.5, "{driven:?}");
     assert!(driven.curve.windows(2).all(|pair| pair[0].1 < pair[1].1), "{driven:?}");
     assert!(fitted.off < 0.02, "{}", fitted.off);
+}
+
+/// Places near some others: every node is moved by up to half a millimetre, always alike.
+fn moved<const N: usize>(nodes: [[f64; 3]; N]) -> [[f64; 3]; N] {
+    std::array::from_fn(|n| {
+        std::array::from_fn(|axis| nodes[n][axis] + 5e-4 * libm::sin((7 * n + 3 * axis + 1) as f64))
+    })
+}
+
+/// The forces are the slope of the energy, and the stiffnesses the slope of the forces: differences over a step say so.
+fn is_slope<const N: usize>(
+    nodes: [[f64; 3]; N],
+    size: f64,
+    energy: impl Fn(&[[f64; 3]; N]) -> (f64, Vec<f64>, Vec<Vec<f64>>),
+) {
+    let step = 1e-7;
+    let (_, forces, stiffness) = energy(&nodes);
+    let (most, stiffest) = (
+        forces.iter().fold(0.0_f64, |most, f| most.max(f.abs())),
+        stiffness.iter().flatten().fold(0.0_f64, |most, k| most.max(k.abs())),
+    );
+    for freedom in (0..3 * N).step_by(5) {
+        let at = |step: f64| {
+            let mut nodes = nodes;
+            nodes[freedom / 3][freedom % 3] += step;
+            energy(&nodes)
+        };
+        let (before, after) = (at(-step), at(step));
+        let slope = (after.0 - before.0) / (2.0 * step);
+        assert!((slope - forces[freedom]).abs() < size * most, "{freedom}: {slope} {}", forces[freedom]);
+        for (row, stiffness) in stiffness.iter().enumerate() {
+            let slope = (after.1[row] - before.1[row]) / (2.0 * step);
+            let due = stiffness[freedom];
+            assert!((slope - due).abs() < size * stiffest, "{row} {freedom}: {slope} {due}");
+        }
+    }
+}
+
+/// Sums of a face as rows.
+fn rows(energy: f64, forces: &FaceForces, stiffness: &FaceStiffness) -> (f64, Vec<f64>, Vec<Vec<f64>>) {
+    let rows = (0..27).map(|row| stiffness.row(row).iter().copied().collect()).collect();
+    (energy, forces.iter().copied().collect(), rows)
+}
+
+#[test]
+fn forces_are_slopes_of_energies() {
+    let cube: [[f64; 3]; 27] = std::array::from_fn(|n| [n / 9, n % 3, n / 3 % 3].map(|k| 5e-3 * k as f64));
+    let points = Points::new(&cube);
+    is_slope(moved(cube), 1e-5, |nodes| {
+        let (mut forces, mut stiffness) = (Forces::zeros(), Box::new(Stiffness::zeros()));
+        let energy = points.energy(nodes, Moduli::new(0.6e6, 0.49), &mut forces, &mut stiffness).unwrap();
+        let rows = (0..81).map(|row| stiffness.row(row).iter().copied().collect()).collect();
+        (energy, forces.iter().copied().collect(), rows)
+    });
+    let square: [[f64; 3]; 9] = std::array::from_fn(|n| [n / 3, 0, n % 3].map(|k| 5e-3 * k as f64 + 1e-2));
+    let vectors = |nodes: &[[f64; 3]; 9]| nodes.map(Vector3::from);
+    is_slope(moved(square), 1e-5, |nodes| {
+        let (mut forces, mut stiffness) = (FaceForces::zeros(), FaceStiffness::zeros());
+        let energy = surface::volume(&vectors(nodes), 1.0, &mut forces, &mut stiffness);
+        rows(energy, &forces, &stiffness)
+    });
+    // Stretched, so that the winding pulls everywhere.
+    let stretched = square.map(|node| node.map(|x| 1.2 * x));
+    for direction in [Fibres::Around, Fibres::Along] {
+        is_slope(moved(stretched), 1e-5, |nodes| {
+            let (mut forces, mut stiffness) = (FaceForces::zeros(), FaceStiffness::zeros());
+            let (rest, now) = (vectors(&square), vectors(nodes));
+            let energy = surface::fibres(&rest, &now, (direction, 2e5), &mut forces, &mut stiffness);
+            rows(energy, &forces, &stiffness)
+        });
+    }
 }

@@ -1,9 +1,7 @@
 //! What no motion can do whose two halves mirror each other: gain by some objectives, and steer.
 
 use grammar_lang::diagnostics::Diagnostic;
-use grammar_lang::ir::{
-    Actuation, Attribute, Axis, Direction, ElementAttribute, Expr, ExprKind, Function, Symmetry,
-};
+use grammar_lang::ir::{Actuation, Attribute, Axis, Direction, ElementAttribute, Expr, ExprKind, Symmetry};
 
 use super::aims::gained;
 use super::{Moved, Trial, Trials, odd};
@@ -122,17 +120,8 @@ pub(super) fn steers_alike(trials: &Trials<'_>) -> Option<Diagnostic> {
     if !trials.trials.iter().all(is_in_pairs) || rules.actuations.values().any(knows_its_side) {
         return None;
     }
-    let is_heading = |e: &Expr| match &e.kind {
-        ExprKind::Call(Function::Heading, _) => true,
-        ExprKind::Sensor(name, _) => rules.sensors.get(name).is_some_and(|sensor| {
-            sensor.value.any(&mut |e| matches!(e.kind, ExprKind::Call(Function::Heading, _)))
-        }),
-        _ => false,
-    };
-    let is_even =
-        |value: &Expr| value.any(&mut |e| matches!(e.kind, ExprKind::Call(Function::Cos | Function::Abs, _)));
     let mut values = rules.actuations.values().flat_map(Actuation::values);
-    let value = values.find(|value| value.any(&mut |e| is_heading(e)) && !is_even(value))?;
+    let value = values.find(|value| rules.knows_a_side(value))?;
     Some(
         odd(value.span, "both sides of the robot react alike to its heading".to_owned())
             .label("an image does what its original does, so nothing turns the robot back")

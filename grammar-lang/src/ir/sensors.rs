@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer, group, quantity};
-use super::{Expr, Group, Ty};
+use super::{Expr, ExprKind, Function, Group, RuleSet, Ty};
 use crate::source::Span;
 
 /// A sensor.
@@ -22,6 +22,22 @@ pub struct Sensor {
     pub delay: f64,
     /// Where it is declared.
     pub span: Span,
+}
+
+impl RuleSet {
+    /// Whether an expression reads a heading, directly or by a sensor, so that its sign counts: in a mirror it is the opposite.
+    #[must_use]
+    pub fn knows_a_side(&self, value: &Expr) -> bool {
+        let turns = |e: &Expr| matches!(e.kind, ExprKind::Call(Function::Heading, _));
+        let reads = value.any(&mut |e| match &e.kind {
+            ExprKind::Sensor(name, _) => {
+                self.sensors.get(name).is_some_and(|sensor| sensor.value.any(&mut |e| turns(e)))
+            }
+            _ => turns(e),
+        });
+        // What is even has lost the sign.
+        reads && !value.any(&mut |e| matches!(e.kind, ExprKind::Call(Function::Cos | Function::Abs, _)))
+    }
 }
 
 impl Writer<'_> {

@@ -405,3 +405,18 @@ fn frames_and_the_end_are_when_they_say() {
         }
     }
 }
+
+/// What takes gigabytes is refused before any of them is taken.
+#[test]
+fn a_body_of_thousands_of_elements_is_refused() {
+    let mut body = Builder::default();
+    let core = body.add(cube(Vector3::zeros()));
+    for k in 1..=1000 {
+        let next = body.add(cube(Vector3::x() * (0.1 * f64::from(k))));
+        body.join(core, next, JointKind::Rigid);
+    }
+    for name in ["articulated", "rapier", "rod"] {
+        let unfit = model(name).unwrap().prepare(&body.0, &settings()).err().unwrap();
+        assert!(unfit.reason.contains("it has 1001 elements"), "{name}: {}", unfit.reason);
+    }
+}
